@@ -1,0 +1,2 @@
+//! The glove-driven deformation loop.
+fn main() {}

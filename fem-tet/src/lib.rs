@@ -1,0 +1,1 @@
+//! Tetrahedral linear elasticity driven by displacements of its surface.

@@ -1,0 +1,1 @@
+//! Free-form deformation by B-spline lattices in two and three dimensions.

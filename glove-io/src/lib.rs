@@ -1,0 +1,1 @@
+//! CyberGlove and FASTRAK: parsers, encoders, simulators, calibration and hand kinematics.
