@@ -61,7 +61,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         id(0, 5, 3),
         id(6, 3, 3),
     ];
-    let contacts = ContactSet::new(&body, &nodes)?;
+    let contacts = ContactSet::at_nodes(&body, &nodes)?;
     let mut d = [[depth, 0.0, 0.0]; 5];
     d[4] = [-depth, 0.0, 0.0];
     let mut u = vec![[0.0; 3]; body.mesh().positions().len()];

@@ -124,18 +124,21 @@ impl ElasticBody {
         &self.modes
     }
 
-    /// Columns of `B`, the inverse of `K` without the supports padded with zero
-    /// rows and columns, that belong to the given vertices: `3#V × 3#C`, column
-    /// after column.
-    pub(crate) fn compliance_columns(&self, vertices: &[u32]) -> Vec<f64> {
+    /// `B E`, where `B` is the inverse of `K` without the supports, padded with zero
+    /// rows and columns, and the columns of `E` hold the weights of the contacts:
+    /// `3#V × 3#C`, column after column.
+    pub(crate) fn compliance_columns(&self, contacts: &[&[(u32, f64)]]) -> Vec<f64> {
         let unknowns = self.reduced.len();
         let factored = unknowns - self.supports.len();
-        let columns = 3 * vertices.len();
+        let columns = 3 * contacts.len();
         let mut rhs = vec![0.0; factored * columns];
-        for (c, &v) in vertices.iter().enumerate() {
-            for i in 0..3 {
-                if let Some(row) = self.reduced[3 * v as usize + i] {
-                    rhs[(3 * c + i) * factored + row] = 1.0;
+        for (c, weights) in contacts.iter().enumerate() {
+            for &(node, weight) in *weights {
+                for i in 0..3 {
+                    // The column of a support is zero.
+                    if let Some(row) = self.reduced[3 * node as usize + i] {
+                        rhs[(3 * c + i) * factored + row] = weight;
+                    }
                 }
             }
         }
@@ -149,7 +152,6 @@ impl ElasticBody {
                 *value = row.map_or(0.0, |row| solved[row]);
             }
         }
-        // B e_j vanishes for a support unknown j; its right-hand side is zero above.
         out
     }
 }

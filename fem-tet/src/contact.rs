@@ -1,23 +1,25 @@
-//! Condensation to a set of contact nodes.
+//! Condensation to a set of contacts.
 //!
-//! With the contact unknowns `k` and all others `u`, [Ma98] (eqs. 3.41–3.43)
-//! partitions `K q = F`, `F_u = 0`, and finds
+//! With the contact unknowns `k` and all others `u`, [Ma98](crate#references)
+//! (eqs. 3.41–3.43) partitions `K q = F`, `F_u = 0`, and finds
 //! `Q_u = −K₁₁⁻¹ K₁₂ Q_k` and `F_k = K₂₁ Q_u + K₂₂ Q_k`, inverting `K₁₁` anew for
 //! every contact set. Here both maps come from the one factor of the body: with
 //! `B` the inverse of `K` without its six isostatic supports, `R` the rigid
-//! motions and `E` selecting the contact unknowns,
+//! motions and the columns of `E` the weights of the contacts (a unit vector for
+//! a contact at a node),
 //!
 //! ```text
 //! u = B E λ + R α,    Eᵀ u = d,    Rᵀ E λ = 0
-//! G = B_CC + w R_C R_Cᵀ,   Y = G⁻¹ R_C,   S = R_Cᵀ Y
+//! G = Eᵀ B E + w R_C R_Cᵀ,   R_C = Eᵀ R,   Y = G⁻¹ R_C,   S = R_Cᵀ Y
 //! α = S⁻¹ Yᵀ d,   λ = G⁻¹ (d − R_C α)
 //! ```
 //!
 //! The contact forces `λ` are in equilibrium, so the supports carry nothing and
-//! `K u = E λ` holds in every row: `u_k = d` and `λ = F_k` exactly. The term
-//! `w R_C R_Cᵀ` (any `w > 0`; here the mean diagonal of `B_CC`) does not change
-//! the solution, since `R_Cᵀ λ = 0`, but keeps `G` positive definite when contacts
-//! lie on the supports, where `B_CC` is singular.
+//! `K u = E λ` holds in every row: the contacts go where they are told, nothing
+//! else is loaded, and for contacts at nodes `λ = F_k`. The term `w R_C R_Cᵀ` (any
+//! `w > 0`; here the mean diagonal of `Eᵀ B E`) does not change the solution, since
+//! `R_Cᵀ λ = 0`, but keeps `G` positive definite when contacts lie on the supports,
+//! where `B` is zero.
 
 use nalgebra::{Cholesky, DMatrix};
 
@@ -28,55 +30,124 @@ use crate::{ElasticBody, FemError, FreeMotion};
 /// collinearity gives rounding size, 1e-15.
 const FREE_MOTION: f64 = 1e-6;
 
-/// A body condensed to its contact nodes: `3#C` displacements in, the
-/// displacements of all vertices and the contact forces out.
+/// Cholesky pivots of `G` below this fraction of its diagonal mean that a contact
+/// prescribes what others already determine. Distinct nodes of sound meshes stay
+/// above 1e-4; twice the same node gives rounding size.
+const DEPENDENT_PIVOT: f64 = 1e-9;
+
+/// A place of a body whose displacement is prescribed: a weighted mean of nodes.
 ///
-/// The dense map is `3#V × 3#C`: 120 kB for 341 vertices and 15 unknowns.
+/// One node is the thesis's contact; a point inside a surface triangle takes its
+/// barycentric coordinates as weights; a fingertip that presses on an area takes
+/// all nodes under it, and then acts as a pressure spread by those weights, which
+/// stays regular when the mesh is refined.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Contact {
+    weights: Vec<(u32, f64)>,
+}
+
+impl Contact {
+    /// A contact at a node.
+    #[must_use]
+    pub fn node(node: u32) -> Self {
+        Self {
+            weights: vec![(node, 1.0)],
+        }
+    }
+
+    /// A contact at a weighted mean of nodes; the weights are divided by their sum.
+    ///
+    /// # Errors
+    ///
+    /// [`FemError::ContactWeights`] if a node is named twice, or the weights are
+    /// not finite and non-negative with a positive sum.
+    pub fn weighted(weights: &[(u32, f64)]) -> Result<Self, FemError> {
+        let sum: f64 = weights.iter().map(|&(_, w)| w).sum();
+        if !sum.is_normal() || weights.iter().any(|&(_, w)| w.is_nan() || w < 0.0) {
+            return Err(FemError::ContactWeights {
+                reason: "the weights must be finite, not negative, and have a positive sum",
+            });
+        }
+        let mut weights: Vec<_> = weights.iter().map(|&(n, w)| (n, w / sum)).collect();
+        weights.retain(|&(_, w)| w > 0.0);
+        weights.sort_unstable_by_key(|&(node, _)| node);
+        if weights.windows(2).any(|pair| pair[0].0 == pair[1].0) {
+            return Err(FemError::ContactWeights {
+                reason: "a node is named twice",
+            });
+        }
+        Ok(Self { weights })
+    }
+
+    /// Nodes, ascending, and their weights, which sum to one.
+    #[must_use]
+    pub fn weights(&self) -> &[(u32, f64)] {
+        &self.weights
+    }
+}
+
+/// A body condensed to its contacts: `3#C` displacements in, the displacements of
+/// all vertices and the contact forces out.
+///
+/// The dense map is `3#V × 3#C`: 123 kB for 341 vertices and five contacts.
 #[derive(Debug, Clone)]
 pub struct ContactSet {
-    nodes: Vec<u32>,
+    contacts: Vec<Contact>,
     vertex_count: usize,
-    /// `−K₁₁⁻¹ K₁₂` with identity rows at the contacts, column after column.
+    /// `−K₁₁⁻¹ K₁₂` with identity rows at contact nodes, column after column.
     displacement_map: Vec<f64>,
     /// The condensed stiffness `K₂₂ − K₂₁ K₁₁⁻¹ K₁₂`, column after column.
     force_map: Vec<f64>,
 }
 
 impl ContactSet {
-    /// Condenses `body` to the given nodes, which may lie anywhere in it.
+    /// Condenses `body` to contacts at the given nodes.
     ///
     /// # Errors
     ///
-    /// * [`FemError::ContactOutOfRange`], [`FemError::RepeatedContact`] for a node
-    ///   that does not exist or is named twice.
-    /// * [`FemError::UnderConstrained`] for fewer than three nodes, or nodes on one
-    ///   line (to 1e-6 of their distance), with the motion that stays free.
-    pub fn new(body: &ElasticBody, nodes: &[u32]) -> Result<Self, FemError> {
-        let positions = body.mesh().positions();
-        check_nodes(nodes, positions.len())?;
-        let r_c = body
-            .modes()
-            .rows_at(nodes.iter().map(|&n| positions[n as usize]));
-        check_held(&r_c, nodes, positions)?;
+    /// Those of [`ContactSet::new`].
+    pub fn at_nodes(body: &ElasticBody, nodes: &[u32]) -> Result<Self, FemError> {
+        Self::new(body, nodes.iter().copied().map(Contact::node).collect())
+    }
 
-        let columns = 3 * nodes.len();
+    /// Condenses `body` to the given contacts.
+    ///
+    /// The cost is `3#C` solves with the factor of the body.
+    ///
+    /// # Errors
+    ///
+    /// * [`FemError::ContactOutOfRange`] for a node that does not exist.
+    /// * [`FemError::UnderConstrained`] for fewer than three contacts, or contacts
+    ///   on one line (to 1e-6 of their distance), with the motion that stays free.
+    /// * [`FemError::DependentContact`] if a contact prescribes what others already
+    ///   determine, such as twice the same node.
+    pub fn new(body: &ElasticBody, contacts: Vec<Contact>) -> Result<Self, FemError> {
+        let positions = body.mesh().positions();
+        check_nodes(&contacts, positions.len())?;
+        let points: Vec<[f64; 3]> = contacts.iter().map(|c| c.position(positions)).collect();
+        let r_c = body.modes().rows_at(&points);
+        check_held(&r_c, &points)?;
+
+        let columns = 3 * contacts.len();
         let unknowns = 3 * positions.len();
-        let b = DMatrix::from_vec(unknowns, columns, body.compliance_columns(nodes));
-        let contact_rows: Vec<usize> = nodes
-            .iter()
-            .flat_map(|&n| [0, 1, 2].map(|i| 3 * n as usize + i))
-            .collect();
-        let mut g = b.select_rows(&contact_rows);
+        let weights: Vec<&[(u32, f64)]> = contacts.iter().map(Contact::weights).collect();
+        let b = DMatrix::from_vec(unknowns, columns, body.compliance_columns(&weights));
+        let mut g = DMatrix::zeros(columns, columns);
+        for (c, weights) in weights.iter().enumerate() {
+            for &(node, weight) in *weights {
+                let mut rows = g.rows_mut(3 * c, 3);
+                rows += b.rows(3 * node as usize, 3) * weight;
+            }
+        }
         let w = g.diagonal().sum() / columns as f64;
         g += w * &r_c * r_c.transpose();
 
-        let unusable = |what: &str| FemError::Factorisation {
-            unknowns: columns,
-            reason: format!("{what} of the contacts is not positive definite"),
-        };
-        let g = Cholesky::new(g).ok_or_else(|| unusable("the compliance"))?;
+        let g = factor_independent(g)?;
         let y = g.solve(&r_c);
-        let s = Cholesky::new(r_c.transpose() * &y).ok_or_else(|| unusable("the rigid part"))?;
+        let s = Cholesky::new(r_c.transpose() * &y).ok_or(FemError::Factorisation {
+            unknowns: columns,
+            reason: "the rigid part of the contacts is not positive definite".to_owned(),
+        })?;
         let alpha = s.solve(&y.transpose());
         let lambda = g.solve(&(DMatrix::identity(columns, columns) - &r_c * &alpha));
 
@@ -87,32 +158,37 @@ impl ContactSet {
             rows += rigid;
         }
         // Exact where rounding would leave 1 ± a few ulp.
-        for (c, &row) in contact_rows.iter().enumerate() {
-            map.row_mut(row).fill(0.0);
-            map[(row, c)] = 1.0;
+        for (c, weights) in weights.iter().enumerate() {
+            if let [(node, _)] = **weights {
+                for i in 0..3 {
+                    let row = 3 * node as usize + i;
+                    map.row_mut(row).fill(0.0);
+                    map[(row, 3 * c + i)] = 1.0;
+                }
+            }
         }
         let symmetric = (&lambda + lambda.transpose()) * 0.5;
         Ok(Self {
-            nodes: nodes.to_vec(),
+            contacts,
             vertex_count: positions.len(),
             displacement_map: map.data.into(),
             force_map: symmetric.data.into(),
         })
     }
 
-    /// The contact nodes, in the order given.
+    /// The contacts, in the order given.
     #[must_use]
-    pub fn nodes(&self) -> &[u32] {
-        &self.nodes
+    pub fn contacts(&self) -> &[Contact] {
+        &self.contacts
     }
 
-    /// Displacements of all vertices when the contact nodes are displaced by
-    /// `contact_displacements`: the thesis's `Q_u = −K₁₁⁻¹ K₁₂ Q_k`. Contact nodes
-    /// get exactly what was prescribed.
+    /// Displacements of all vertices when the contacts are displaced by
+    /// `contact_displacements`: the thesis's `Q_u = −K₁₁⁻¹ K₁₂ Q_k`. Contacts at
+    /// nodes get exactly what was prescribed, others to rounding.
     ///
     /// | argument | shape | unit |
     /// |---|---|---|
-    /// | `contact_displacements` | `#C × 3`, in the order of [`nodes`](Self::nodes) | m |
+    /// | `contact_displacements` | `#C × 3`, in the order of [`contacts`](Self::contacts) | m |
     /// | `out` | `#V × 3`, overwritten | m |
     ///
     /// No allocation; `9 #V #C` multiply-adds.
@@ -125,8 +201,8 @@ impl ContactSet {
         self.multiply(&self.displacement_map, contact_displacements, out);
     }
 
-    /// Forces that must act on the contact nodes to displace them so: `F_k`. They
-    /// sum to zero, and so do their moments.
+    /// Forces that must act on the contacts to displace them so: `F_k`. They sum to
+    /// zero, and so do their moments.
     ///
     /// | argument | shape | unit |
     /// |---|---|---|
@@ -137,14 +213,14 @@ impl ContactSet {
     ///
     /// If a slice has another length.
     pub fn forces_into(&self, contact_displacements: &[[f64; 3]], out: &mut [[f64; 3]]) {
-        assert_eq!(out.len(), self.nodes.len(), "one force per contact");
+        assert_eq!(out.len(), self.contacts.len(), "one force per contact");
         self.multiply(&self.force_map, contact_displacements, out);
     }
 
     fn multiply(&self, map: &[f64], displacements: &[[f64; 3]], out: &mut [[f64; 3]]) {
         assert_eq!(
             displacements.len(),
-            self.nodes.len(),
+            self.contacts.len(),
             "one displacement per contact"
         );
         out.fill([0.0; 3]);
@@ -158,47 +234,73 @@ impl ContactSet {
     }
 }
 
-fn check_nodes(nodes: &[u32], vertex_count: usize) -> Result<(), FemError> {
-    for (contact, &node) in nodes.iter().enumerate() {
-        if node as usize >= vertex_count {
+impl Contact {
+    fn position(&self, positions: &[[f64; 3]]) -> [f64; 3] {
+        let mut point = [0.0; 3];
+        for &(node, weight) in &self.weights {
+            for (p, x) in point.iter_mut().zip(positions[node as usize]) {
+                *p += weight * x;
+            }
+        }
+        point
+    }
+}
+
+fn check_nodes(contacts: &[Contact], vertex_count: usize) -> Result<(), FemError> {
+    for (contact, this @ Contact { weights }) in contacts.iter().enumerate() {
+        if let Some(&(node, _)) = weights.iter().find(|&&(n, _)| n as usize >= vertex_count) {
             return Err(FemError::ContactOutOfRange {
                 contact,
                 node,
                 vertex_count,
             });
         }
-        if let Some(first) = nodes[..contact].iter().position(|&n| n == node) {
-            return Err(FemError::RepeatedContact {
-                first,
-                second: contact,
-                node,
-            });
+        if contacts[..contact].contains(this) {
+            return Err(FemError::DependentContact { contact });
         }
     }
     Ok(())
 }
 
+/// Cholesky of a compliance matrix that refuses nearly dependent columns, which
+/// rounding would let through.
+fn factor_independent(g: DMatrix<f64>) -> Result<Cholesky<f64, nalgebra::Dyn>, FemError> {
+    let diagonal = g.diagonal();
+    let columns = g.ncols();
+    let Some(factor) = Cholesky::new(g) else {
+        return Err(FemError::Factorisation {
+            unknowns: columns,
+            reason: "the compliance of the contacts is not positive definite; two of them may \
+                     be at one place"
+                .to_owned(),
+        });
+    };
+    let l = factor.l_dirty();
+    match (0..columns).find(|&i| l[(i, i)].powi(2) < DEPENDENT_PIVOT * diagonal[i]) {
+        Some(i) => Err(FemError::DependentContact { contact: i / 3 }),
+        None => Ok(factor),
+    }
+}
+
 /// Cholesky succeeding proves nothing here (rounding makes singular matrices
 /// look definite), so the rank of the rigid motions at the contacts is tested.
-fn check_held(r_c: &DMatrix<f64>, nodes: &[u32], positions: &[[f64; 3]]) -> Result<(), FemError> {
-    let free = match *nodes {
+fn check_held(r_c: &DMatrix<f64>, points: &[[f64; 3]]) -> Result<(), FemError> {
+    let free = match *points {
         [] => FreeMotion::Everything,
-        [a] => FreeMotion::AboutNode(a),
-        [a, ..] => {
+        [_] => FreeMotion::AboutContact(0),
+        [first, ..] => {
             let singular = r_c.singular_values();
-            let (largest, smallest) = (singular.max(), singular.min());
-            if singular.len() == 6 && smallest >= FREE_MOTION * largest {
+            if singular.len() == 6 && singular.min() >= FREE_MOTION * singular.max() {
                 return Ok(());
             }
-            let distance = |n: u32| {
-                let (p, q) = (positions[a as usize], positions[n as usize]);
-                (0..3).map(|i| (p[i] - q[i]).powi(2)).sum::<f64>()
-            };
-            let farthest = nodes
-                .iter()
-                .copied()
-                .max_by(|&m, &n| distance(m).total_cmp(&distance(n)));
-            FreeMotion::AboutLine(a, farthest.expect("not empty"))
+            let distance = |p: &[f64; 3]| (0..3).map(|i| (p[i] - first[i]).powi(2)).sum::<f64>();
+            let mut farthest = 1;
+            for (contact, point) in points.iter().enumerate() {
+                if distance(point) > distance(&points[farthest]) {
+                    farthest = contact;
+                }
+            }
+            FreeMotion::AboutLine(0, farthest)
         }
     };
     Err(FemError::UnderConstrained { free })

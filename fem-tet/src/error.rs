@@ -113,18 +113,20 @@ impl MeshError {
 pub enum FreeMotion {
     /// No contact: the body can move and turn as a whole.
     Everything,
-    /// One contact node: the body can turn about it in any direction.
-    AboutNode(u32),
-    /// All contact nodes lie on one line: the body can turn about it.
-    AboutLine(u32, u32),
+    /// One contact: the body can turn about it in any direction.
+    AboutContact(usize),
+    /// All contacts lie on one line, through these two: the body can turn about it.
+    AboutLine(usize, usize),
 }
 
 impl fmt::Display for FreeMotion {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Everything => write!(f, "every translation and rotation (there is no contact)"),
-            Self::AboutNode(a) => write!(f, "rotation about node {a}"),
-            Self::AboutLine(a, b) => write!(f, "rotation about the line through nodes {a} and {b}"),
+            Self::AboutContact(a) => write!(f, "rotation about contact {a}"),
+            Self::AboutLine(a, b) => {
+                write!(f, "rotation about the line through contacts {a} and {b}")
+            }
         }
     }
 }
@@ -184,15 +186,17 @@ pub enum FemError {
         /// Number of vertices in the mesh.
         vertex_count: usize,
     },
-    /// One node is named by two contacts.
-    #[error("contacts {first} and {second} are both at node {node}")]
-    RepeatedContact {
-        /// Position of the first in the list of contacts.
-        first: usize,
-        /// Position of the second.
-        second: usize,
-        /// The node both name.
-        node: u32,
+    /// The weights of a contact make no mean.
+    #[error("not a contact: {reason}")]
+    ContactWeights {
+        /// What is wrong with them.
+        reason: &'static str,
+    },
+    /// A contact prescribes what the others already determine.
+    #[error("contact {contact} prescribes what the contacts before it already determine")]
+    DependentContact {
+        /// Position in the list of contacts.
+        contact: usize,
     },
     /// The contacts do not hold the body.
     #[error("the contacts do not hold the body: {free} stays free")]

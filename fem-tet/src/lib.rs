@@ -41,7 +41,7 @@
 //! let mesh = TetMesh::new(positions, vec![[0, 1, 2, 3], [0, 2, 1, 4]])?;
 //! let body = ElasticBody::new(mesh, Material::new(20e3, 0.3)?)?;
 //!
-//! let contacts = ContactSet::new(&body, &[3, 4, 1])?;
+//! let contacts = ContactSet::at_nodes(&body, &[3, 4, 1])?;
 //! let mut u = vec![[0.0; 3]; 5];
 //! contacts.displacements_into(&[[0.0, 0.0, 5e-4], [0.0, 0.0, -5e-4], [0.0; 3]], &mut u);
 //! assert_eq!(u[3], [0.0, 0.0, 5e-4]); // contact nodes go exactly where they are told
@@ -70,7 +70,7 @@ mod rigid;
 mod volume;
 
 pub use body::ElasticBody;
-pub use contact::ContactSet;
+pub use contact::{Contact, ContactSet};
 pub use error::{FemError, FreeMotion, MeshError};
 pub use material::Material;
 pub use mesh::{TetMesh, surface_triangles};

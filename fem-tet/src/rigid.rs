@@ -66,13 +66,11 @@ impl RigidModes {
         })
     }
 
-    /// `R_C`, the rows of `R` at the given positions, `3 #C × 6`.
-    pub(crate) fn rows_at(
-        &self,
-        positions: impl ExactSizeIterator<Item = [f64; 3]>,
-    ) -> DMatrix<f64> {
-        let mut r = DMatrix::zeros(3 * positions.len(), 6);
-        for (c, p) in positions.enumerate() {
+    /// `R_C`, the rows of `R` at the given points, `3 #C × 6`. `R` is affine, so
+    /// its rows at a weighted mean of vertices are those of the mean point.
+    pub(crate) fn rows_at(&self, points: &[[f64; 3]]) -> DMatrix<f64> {
+        let mut r = DMatrix::zeros(3 * points.len(), 6);
+        for (c, &p) in points.iter().enumerate() {
             r.fixed_view_mut::<3, 6>(3 * c, 0).copy_from(&self.rows(p));
         }
         r

@@ -161,6 +161,6 @@ mod tests {
     #[test]
     fn harmless_motion_is_not_limited() {
         let u = [[0.1, 0.2, 0.3]; 4];
-        assert_eq!(largest_safe_fraction(&REST, &u, &TETS, 0.5), 1.0);
+        assert!(largest_safe_fraction(&REST, &u, &TETS, 0.5) >= 1.0);
     }
 }

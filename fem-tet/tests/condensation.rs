@@ -1,9 +1,11 @@
 //! The condensed maps against a direct solve of the thesis's partitioned system.
 
+#![expect(clippy::float_cmp, reason = "exact values are meant")]
+
 mod common;
 
 use common::{foam, kuhn_box};
-use fem_tet::{ContactSet, ElasticBody, FemError, FreeMotion, Material, TetMesh};
+use fem_tet::{Contact, ContactSet, ElasticBody, FemError, FreeMotion, Material, TetMesh};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use proptest::prelude::*;
 
@@ -100,7 +102,7 @@ proptest! {
             (b - a).cross(&(c - a)).norm() < 1e-12
         });
         let d = &d[..nodes.len()];
-        let set = match ContactSet::new(&body, &nodes) {
+        let set = match ContactSet::at_nodes(&body, &nodes) {
             Ok(set) => set,
             Err(error) => {
                 prop_assert!(collinear, "refused {nodes:?}: {error}");
@@ -130,11 +132,57 @@ proptest! {
         }
     }
 
+    /// Contacts at weighted means of nodes: the same as the full constrained system
+    /// `[K −E; Eᵀ 0] [u; λ] = [0; d]`, solved by dense LU.
+    #[test]
+    fn weighted_contacts_equal_the_constrained_system(
+        weights in prop::collection::vec(prop::collection::btree_map(0..27_u32, 0.1..1.0_f64, 1..6), 3..6),
+        d in prop::collection::vec(triple(), 6),
+    ) {
+        let body = foam();
+        let contacts: Vec<Contact> = weights
+            .iter()
+            .map(|w| Contact::weighted(&w.iter().map(|(&n, &w)| (n, w)).collect::<Vec<_>>()))
+            .collect::<Result<_, _>>()?;
+        let Ok(set) = ContactSet::new(&body, contacts.clone()) else { return Ok(()) };
+        let k = dense_stiffness(body.mesh(), body.material());
+        let (n, m) = (k.nrows(), 3 * contacts.len());
+        // In units that make both blocks of order one.
+        let stiffness_scale = k.diagonal().max();
+        let mut kkt = DMatrix::zeros(n + m, n + m);
+        kkt.view_mut((0, 0), (n, n)).copy_from(&(k / stiffness_scale));
+        let mut rhs = DVector::zeros(n + m);
+        for (c, contact) in contacts.iter().enumerate() {
+            for i in 0..3 {
+                for &(node, weight) in contact.weights() {
+                    kkt[(3 * node as usize + i, n + 3 * c + i)] = -weight;
+                    kkt[(n + 3 * c + i, 3 * node as usize + i)] = weight;
+                }
+                rhs[n + 3 * c + i] = d[c][i];
+            }
+        }
+        let solution = kkt.lu().solve(&rhs).expect("regular");
+        let mut u = vec![[f64::NAN; 3]; n / 3];
+        set.displacements_into(&d[..contacts.len()], &mut u);
+        let size = solution.rows(0, n).amax();
+        for (i, got) in u.as_flattened().iter().enumerate() {
+            // The condition of the system, below 1e6 for contacts this close together.
+            prop_assert!((got - solution[i]).abs() <= 1e6 * f64::EPSILON * (size + 1e-3));
+        }
+        let mut forces = vec![[f64::NAN; 3]; contacts.len()];
+        set.forces_into(&d[..contacts.len()], &mut forces);
+        let largest = solution.rows(n, m).amax() * stiffness_scale;
+        for (i, got) in forces.as_flattened().iter().enumerate() {
+            let want = solution[n + i] * stiffness_scale;
+            prop_assert!((got - want).abs() <= 1e6 * f64::EPSILON * (largest + 1.0), "{got} {want}");
+        }
+    }
+
     /// Reactions of a free body are in equilibrium: forces and moments vanish.
     #[test]
     fn reactions_sum_to_zero(nodes in contact_nodes(), d in prop::collection::vec(triple(), 7)) {
         let body = foam();
-        let Ok(set) = ContactSet::new(&body, &nodes) else { return Ok(()) };
+        let Ok(set) = ContactSet::at_nodes(&body, &nodes) else { return Ok(()) };
         let mut forces = vec![[f64::NAN; 3]; nodes.len()];
         set.forces_into(&d[..nodes.len()], &mut forces);
         let (mut sum, mut moment, mut scale) = (Vector3::zeros(), Vector3::zeros(), 0.0_f64);
@@ -160,7 +208,7 @@ proptest! {
         };
         // Vertex 13 is the only inner one of the 3 × 3 × 3.
         let nodes: Vec<u32> = (0..27).filter(|&n| n != 13).collect();
-        let set = ContactSet::new(&body, &nodes).expect("held");
+        let set = ContactSet::at_nodes(&body, &nodes).expect("held");
         let positions = body.mesh().positions();
         let d: Vec<_> = nodes.iter().map(|&n| affine(positions[n as usize])).collect();
         let mut u = vec![[f64::NAN; 3]; 27];
@@ -176,7 +224,7 @@ proptest! {
     #[test]
     fn rigid_motion_is_free(t in triple(), w in triple(), nodes in contact_nodes()) {
         let body = foam();
-        let Ok(set) = ContactSet::new(&body, &nodes) else { return Ok(()) };
+        let Ok(set) = ContactSet::at_nodes(&body, &nodes) else { return Ok(()) };
         let motion = |x: [f64; 3]| -> [f64; 3] {
             (Vector3::from(t) + Vector3::from(w).cross(&Vector3::from(x))).into()
         };
@@ -196,20 +244,20 @@ proptest! {
 #[test]
 fn too_few_contacts_name_the_free_motion() {
     let body = foam();
-    let free = |nodes: &[u32]| match ContactSet::new(&body, nodes) {
+    let free = |nodes: &[u32]| match ContactSet::at_nodes(&body, nodes) {
         Err(FemError::UnderConstrained { free }) => Some(free),
         _ => None,
     };
     assert_eq!(free(&[]), Some(FreeMotion::Everything));
-    assert_eq!(free(&[4]), Some(FreeMotion::AboutNode(4)));
-    assert_eq!(free(&[0, 26]), Some(FreeMotion::AboutLine(0, 26)));
+    assert_eq!(free(&[4]), Some(FreeMotion::AboutContact(0)));
+    assert_eq!(free(&[0, 26]), Some(FreeMotion::AboutLine(0, 1)));
     // Three on the diagonal, the middle one named last.
-    assert_eq!(free(&[0, 26, 13]), Some(FreeMotion::AboutLine(0, 26)));
+    assert_eq!(free(&[0, 26, 13]), Some(FreeMotion::AboutLine(0, 1)));
     assert_eq!(free(&[0, 26, 1]), None);
-    let message = ContactSet::new(&body, &[3, 5]).expect_err("two contacts");
+    let message = ContactSet::at_nodes(&body, &[3, 5]).expect_err("two contacts");
     assert_eq!(
         message.to_string(),
-        "the contacts do not hold the body: rotation about the line through nodes 3 and 5 stays free"
+        "the contacts do not hold the body: rotation about the line through contacts 0 and 1 stays free"
     );
 }
 
@@ -217,7 +265,7 @@ fn too_few_contacts_name_the_free_motion() {
 fn contacts_must_exist_and_differ() {
     let body = foam();
     assert!(matches!(
-        ContactSet::new(&body, &[0, 1, 27]),
+        ContactSet::at_nodes(&body, &[0, 1, 27]),
         Err(FemError::ContactOutOfRange {
             contact: 2,
             node: 27,
@@ -225,13 +273,13 @@ fn contacts_must_exist_and_differ() {
         })
     ));
     assert!(matches!(
-        ContactSet::new(&body, &[0, 1, 5, 1]),
-        Err(FemError::RepeatedContact {
-            first: 1,
-            second: 3,
-            node: 1
-        })
+        ContactSet::at_nodes(&body, &[0, 1, 5, 1]),
+        Err(FemError::DependentContact { contact: 3 })
     ));
+    let refused = |weights: &[(u32, f64)]| Contact::weighted(weights).is_err();
+    assert!(refused(&[]) && refused(&[(1, 0.0)]) && refused(&[(1, f64::NAN)]));
+    assert!(refused(&[(1, 2.0), (2, -1.0)]) && refused(&[(1, 1.0), (1, 1.0)]));
+    assert!(!refused(&[(1, 2.0), (2, 1.0)]));
 }
 
 /// All two-contact sets, on every choice of nodes, are refused: a plain Cholesky
@@ -241,7 +289,7 @@ fn every_pair_of_contacts_is_refused() {
     let body = foam();
     for a in 0..27 {
         for b in 0..a {
-            assert!(ContactSet::new(&body, &[a, b]).is_err(), "{a} {b}");
+            assert!(ContactSet::at_nodes(&body, &[a, b]).is_err(), "{a} {b}");
         }
     }
 }
@@ -291,7 +339,7 @@ fn units_do_not_matter() {
 fn solve_scaled(length: f64, modulus: f64) -> Vec<f64> {
     let material = Material::new(modulus, 0.4).expect("in range");
     let body = ElasticBody::new(kuhn_box([2, 2, 1], length), material).expect("a sound body");
-    let set = ContactSet::new(&body, &[0, 2, 8, 13]).expect("held");
+    let set = ContactSet::at_nodes(&body, &[0, 2, 8, 13]).expect("held");
     let d = [
         [0.1, 0.0, 0.0],
         [0.0, 0.2, 0.0],
@@ -313,7 +361,7 @@ fn keep_shape_makes_the_deformed_shape_the_rest_shape() {
         [0.0; 3],
         [0.0, 0.0, -2e-3],
     ];
-    let set = ContactSet::new(&body, &nodes).expect("held");
+    let set = ContactSet::at_nodes(&body, &nodes).expect("held");
     let mut u = vec![[0.0; 3]; 27];
     set.displacements_into(&d, &mut u);
     let kept = body.keep_shape(&u).expect("no element inverted");
@@ -329,7 +377,7 @@ fn keep_shape_makes_the_deformed_shape_the_rest_shape() {
         }
     }
     // Free of stress: zero displacement, zero force.
-    let set = ContactSet::new(&kept, &nodes).expect("held");
+    let set = ContactSet::at_nodes(&kept, &nodes).expect("held");
     let mut forces = [[1.0; 3]; 4];
     set.forces_into(&[[0.0; 3]; 4], &mut forces);
     assert_eq!(forces, [[0.0; 3]; 4]);
