@@ -1,1 +1,26 @@
-//! What the programs share.
+//! What the programs share: the stages of the glove-driven deformation loop.
+//!
+//! ```text
+//! motion (script | recording)
+//!   └ devices ── bytes ── receiver ── hand sample
+//!        └ hand_proxy ── the virtual hand, which does not enter the object
+//!             └ touch ── contacts of the fingertips
+//!                  └ grasp ── which fingertips hold the object
+//!                       └ soft_body ── deformed positions, tree brought up to date
+//!                            └ session ── frame records, snapshots
+//!                                 └ report | picture | vtu | object file
+//! ```
+//!
+//! One direction, one owner per arrow. See [`session::run`].
+
+pub mod devices;
+pub mod geometry;
+pub mod grasp;
+pub mod hand_proxy;
+pub mod motion;
+pub mod raster;
+pub mod report;
+pub mod scene;
+pub mod session;
+pub mod soft_body;
+pub mod touch;

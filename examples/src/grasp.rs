@@ -1,0 +1,180 @@
+//! The grasp: a pure function of what the fingers do.
+//!
+//! [Ma98] (section 4.5) attaches the rigid object to the palm when index, middle and
+//! ring finger collide with it in the same frame, looks up thumb and little finger
+//! afterwards, and starts the elastic analysis when five fingertips hold it. It
+//! gives no rule for letting go. Ours: a fingertip lets go when it has opened by
+//! more than a gap from where it took hold, and the object is released when fewer
+//! than three fingertips hold it.
+
+use glove_io::hand::Finger;
+
+/// What the object is to the hand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Phase {
+    /// It stands by itself, rigid and impenetrable.
+    #[default]
+    Free,
+    /// It moves with the palm, still rigid and impenetrable.
+    Attached,
+    /// It moves with the palm and gives way to the fingertips.
+    Deforming,
+}
+
+/// What changed in a frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum GraspEvent {
+    /// The object was attached to the palm.
+    Attached,
+    /// A fingertip took hold.
+    TookHold,
+    /// A fingertip let go.
+    LetGo,
+    /// The object became elastic.
+    BecameElastic,
+    /// The object was released.
+    Released,
+    /// The deformed shape became the rest shape, and the object returned to its place.
+    KeptShape,
+}
+
+/// The rules.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GraspRules {
+    /// Fingertips that must hold the object before it gives way: five in the
+    /// thesis; at least three are needed to determine the deformation.
+    pub fingers_to_deform: usize,
+    /// How far a fingertip opens before it lets go, metres.
+    pub release_gap_m: f64,
+}
+
+impl Default for GraspRules {
+    fn default() -> Self {
+        Self {
+            fingers_to_deform: 5,
+            release_gap_m: 4e-3,
+        }
+    }
+}
+
+/// Fewest fingertips that hold an object, and determine how it deforms.
+pub const FEWEST_HOLDING: usize = 3;
+
+/// The state of a grasp.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Grasp {
+    phase: Phase,
+    holding: [bool; 5],
+}
+
+impl Grasp {
+    /// The phase after the last update.
+    #[must_use]
+    pub fn phase(&self) -> Phase {
+        self.phase
+    }
+
+    /// Which fingertips hold the object.
+    #[must_use]
+    pub fn holding(&self) -> [bool; 5] {
+        self.holding
+    }
+
+    /// Advances by one frame and appends what happened to `events`.
+    ///
+    /// `touching`: fingertips at the surface. `opening_m`: for fingers that hold
+    /// the object, how far they are from where they took hold, outward positive;
+    /// ignored for the others.
+    pub fn update(
+        &mut self,
+        rules: &GraspRules,
+        touching: [bool; 5],
+        opening_m: [f64; 5],
+        events: &mut Vec<GraspEvent>,
+    ) {
+        if self.phase == Phase::Free {
+            let together = [Finger::Index, Finger::Middle, Finger::Ring];
+            if together.iter().all(|f| touching[f.index()]) {
+                self.phase = Phase::Attached;
+                events.push(GraspEvent::Attached);
+            } else {
+                return;
+            }
+        }
+        for finger in 0..5 {
+            if self.holding[finger] {
+                if opening_m[finger] > rules.release_gap_m {
+                    self.holding[finger] = false;
+                    events.push(GraspEvent::LetGo);
+                }
+            } else if touching[finger] {
+                self.holding[finger] = true;
+                events.push(GraspEvent::TookHold);
+            }
+        }
+        let count = self.holding.iter().filter(|&&h| h).count();
+        if count < FEWEST_HOLDING {
+            *self = Self::default();
+            events.push(GraspEvent::Released);
+        } else if self.phase == Phase::Attached && count >= rules.fingers_to_deform {
+            self.phase = Phase::Deforming;
+            events.push(GraspEvent::BecameElastic);
+        }
+    }
+
+    /// Lets go of everything at once.
+    pub fn release(&mut self) {
+        *self = Self::default();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RULES: GraspRules = GraspRules {
+        fingers_to_deform: 5,
+        release_gap_m: 4e-3,
+    };
+
+    fn step(grasp: &mut Grasp, touching: [u8; 5], opening_mm: [f64; 5]) -> Vec<GraspEvent> {
+        let mut events = Vec::new();
+        grasp.update(
+            &RULES,
+            touching.map(|t| t == 1),
+            opening_mm.map(|o| o * 1e-3),
+            &mut events,
+        );
+        events
+    }
+
+    #[test]
+    fn index_middle_and_ring_attach_together_or_not_at_all() {
+        let mut grasp = Grasp::default();
+        for touching in [[1, 1, 1, 0, 1], [0, 1, 0, 1, 1], [1, 0, 1, 1, 0]] {
+            assert_eq!(step(&mut grasp, touching, [0.0; 5]), []);
+            assert_eq!(grasp.phase(), Phase::Free);
+        }
+        let events = step(&mut grasp, [0, 1, 1, 1, 0], [0.0; 5]);
+        assert_eq!(events[0], GraspEvent::Attached);
+        assert_eq!(grasp.holding(), [false, true, true, true, false]);
+    }
+
+    #[test]
+    fn five_fingertips_make_it_elastic_and_opening_releases_it() {
+        let mut grasp = Grasp::default();
+        step(&mut grasp, [0, 1, 1, 1, 0], [0.0; 5]);
+        assert!(!step(&mut grasp, [1, 1, 1, 1, 0], [0.0; 5]).contains(&GraspEvent::BecameElastic));
+        assert!(step(&mut grasp, [0, 0, 0, 0, 1], [0.0; 5]).contains(&GraspEvent::BecameElastic));
+        // Within the gap everything stays; two may let go; the third releases.
+        assert_eq!(step(&mut grasp, [0; 5], [3.9; 5]), []);
+        let two = step(&mut grasp, [0; 5], [4.1, 0.0, 0.0, 0.0, 4.1]);
+        assert_eq!(two, [GraspEvent::LetGo; 2]);
+        assert_eq!(grasp.phase(), Phase::Deforming);
+        let third = step(&mut grasp, [0; 5], [0.0, 5.0, 0.0, 0.0, 0.0]);
+        assert_eq!(third, [GraspEvent::LetGo, GraspEvent::Released]);
+        assert_eq!(grasp, Grasp::default());
+    }
+}

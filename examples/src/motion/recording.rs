@@ -1,0 +1,219 @@
+//! Recordings of real hands as a motion.
+//!
+//! Joint angles and wrist poses were recorded at different times and rates. Each
+//! plays at its own rate; the shorter one goes back and forth until the longer one
+//! ends, so that nothing jumps.
+
+use glam::{DQuat, DVec3};
+use glove_io::{
+    JointAngles, Pose,
+    hand::{Finger, HandModel},
+};
+
+use super::{KeyMoment, Motion, MotionSample};
+use crate::geometry::Rigid;
+
+/// Rate of VirtualHand text recordings, samples per second.
+const JOINT_RATE_HZ: f64 = 24.0;
+/// Rate of the pose recordings, samples per second.
+const POSE_RATE_HZ: f64 = 100.0;
+/// Least distance of the receiver in front of the transmitter after re-centring,
+/// metres: the tracker is unambiguous in one hemisphere only.
+const CLEARANCE_M: f64 = 0.1;
+
+/// What was recorded; at least one of the two.
+#[derive(Debug, Clone, Default)]
+pub struct RecordingSource {
+    /// Joint angles, if recorded.
+    pub joints: Option<Vec<JointAngles>>,
+    /// Wrist poses in the recording's table frame (z up, metres), if recorded.
+    pub poses: Option<Vec<Pose>>,
+}
+
+/// A hand that moves as recorded.
+#[derive(Debug, Clone)]
+pub struct Recording {
+    joints: Vec<JointAngles>,
+    poses: Vec<Rigid>,
+    object_place: Pose,
+    duration_s: f64,
+}
+
+impl Recording {
+    /// Moves the poses into the tracker's range and puts the object where the
+    /// recorded hand closes.
+    ///
+    /// Without joint angles the hand stays half open, without poses it stays in
+    /// one place.
+    #[must_use]
+    pub fn new(source: RecordingSource, hand: &HandModel) -> Self {
+        let joints = source
+            .joints
+            .unwrap_or_else(|| vec![JointAngles::default()]);
+        let poses = source.poses.map_or_else(
+            || {
+                vec![Rigid::from(Pose {
+                    position_m: [0.0, 0.0, -0.4],
+                    ..Pose::IDENTITY
+                })]
+            },
+            |poses| recentred(&poses),
+        );
+        let length = |count: usize, rate: f64| (count - 1) as f64 / rate;
+        let duration_s = length(joints.len(), JOINT_RATE_HZ).max(length(poses.len(), POSE_RATE_HZ));
+        let mut recording = Self {
+            joints,
+            poses,
+            object_place: Pose::IDENTITY,
+            duration_s,
+        };
+        recording.object_place = recording.grasp_point(hand);
+        recording
+    }
+
+    /// The point between thumb tip and fingertips at the instant when the hand is
+    /// most closed while it moves least.
+    fn grasp_point(&self, hand: &HandModel) -> Pose {
+        let step = 1.0 / POSE_RATE_HZ;
+        let mut best = (f64::INFINITY, DVec3::ZERO);
+        let mut time = 0.1 * self.duration_s;
+        while time <= self.duration_s {
+            let tips = |time: f64| {
+                let sample = self.sample(time);
+                let pose = hand.pose(&sample.wrist, &sample.angles);
+                let tip = |f: Finger| DVec3::from_array(pose.fingers[f.index()].tip_center_m());
+                let fingers = (tip(Finger::Index) + tip(Finger::Middle) + tip(Finger::Ring)) / 3.0;
+                (tip(Finger::Thumb), fingers)
+            };
+            let (thumb, fingers) = tips(time);
+            let (_, before) = tips(time - step);
+            // Metres of opening and metres per tenth of a second weigh alike.
+            let score = thumb.distance(fingers) + before.distance(fingers) / step * 0.1;
+            if score < best.0 {
+                best = (score, (thumb + fingers) / 2.0);
+            }
+            time += step;
+        }
+        Rigid {
+            rotation: DQuat::IDENTITY,
+            translation: best.1,
+        }
+        .into()
+    }
+}
+
+impl Motion for Recording {
+    fn sample(&self, time_s: f64) -> MotionSample {
+        let (a, b, t) = bracket(time_s * JOINT_RATE_HZ, self.joints.len());
+        let angles = JointAngles(std::array::from_fn(|i| {
+            let (a, b) = (self.joints[a].0[i], self.joints[b].0[i]);
+            a + (b - a) * t
+        }));
+        let (a, b, t) = bracket(time_s * POSE_RATE_HZ, self.poses.len());
+        MotionSample {
+            wrist: self.poses[a].interpolate(&self.poses[b], t).into(),
+            angles,
+            wrist_switch: false,
+        }
+    }
+
+    fn duration_s(&self) -> f64 {
+        self.duration_s
+    }
+
+    fn key_moments(&self) -> &[KeyMoment] {
+        &[]
+    }
+
+    fn object_place(&self) -> Pose {
+        self.object_place
+    }
+}
+
+/// The two samples round `position` and the fraction between them, going back and
+/// forth over `count` samples.
+fn bracket(position: f64, count: usize) -> (usize, usize, f64) {
+    let last = (count - 1) as f64;
+    if count == 1 {
+        return (0, 0, 0.0);
+    }
+    let folded = position.max(0.0).rem_euclid(2.0 * last);
+    let place = if folded > last {
+        2.0 * last - folded
+    } else {
+        folded
+    };
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "between 0 and count - 1"
+    )]
+    let index = (place.floor() as usize).min(count - 2);
+    (index, index + 1, place - index as f64)
+}
+
+/// From a table frame (z up) to the world (y up), moved so that all positions lie
+/// in front of the transmitter, centred sideways and in height. The attitude of
+/// the receiver on the hand is not known; its x axis is taken to point along the
+/// fingers and its z axis into the palm, as the tracker's own frame suggests.
+fn recentred(poses: &[Pose]) -> Vec<Rigid> {
+    let upright = DQuat::from_rotation_x(-std::f64::consts::FRAC_PI_2);
+    // Receiver axes (x forward, y right, z down) in the hand's (x right, y up, −z forward).
+    let mounting = DQuat::from_mat3(&glam::DMat3::from_cols(
+        DVec3::Y,
+        DVec3::NEG_Z,
+        DVec3::NEG_X,
+    ));
+    let mut turned: Vec<Rigid> = poses
+        .iter()
+        .map(|&pose| {
+            let Rigid {
+                rotation,
+                translation,
+            } = pose.into();
+            Rigid {
+                rotation: upright * rotation * mounting,
+                translation: upright * translation,
+            }
+        })
+        .collect();
+    let points = || turned.iter().map(|r| r.translation);
+    let low = points().fold(DVec3::INFINITY, DVec3::min);
+    let high = points().fold(DVec3::NEG_INFINITY, DVec3::max);
+    let middle = (low + high) / 2.0;
+    let shift = DVec3::new(-middle.x, -middle.y, -high.z - CLEARANCE_M);
+    for rigid in &mut turned {
+        rigid.translation += shift;
+    }
+    turned
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn recordings_go_back_and_forth() {
+        assert_eq!(bracket(0.0, 3), (0, 1, 0.0));
+        assert_eq!(bracket(1.5, 3), (1, 2, 0.5));
+        assert_eq!(bracket(2.0, 3), (1, 2, 1.0));
+        assert_eq!(bracket(2.5, 3), (1, 2, 0.5));
+        assert_eq!(bracket(4.25, 3), (0, 1, 0.25));
+        assert_eq!(bracket(7.0, 1), (0, 0, 0.0));
+    }
+
+    /// Wherever the table was, the poses end up in front of the transmitter.
+    #[test]
+    fn poses_are_moved_into_range() {
+        let pose = |x: f64, y: f64, z: f64| Pose {
+            position_m: [x, y, z],
+            ..Pose::IDENTITY
+        };
+        let moved = recentred(&[pose(1.0, 2.0, 1.5), pose(1.4, 2.6, 1.7)]);
+        for rigid in &moved {
+            assert!(rigid.translation.z <= -CLEARANCE_M + 1e-12);
+        }
+        // Up on the table is up in the world.
+        assert!((moved[1].translation.y - moved[0].translation.y - 0.2).abs() < 1e-12);
+    }
+}

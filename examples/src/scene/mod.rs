@@ -1,0 +1,6 @@
+//! The objects a hand can squeeze.
+
+mod hex;
+mod objects;
+
+pub use objects::{Object, ObjectKind, Resolution};

@@ -1,0 +1,433 @@
+//! The loop: device bytes in, deformed positions out, frame by frame.
+
+use std::time::{Duration, Instant};
+
+use fem_tet::Contact;
+use glam::DVec3;
+use glove_io::{
+    Calibration,
+    hand::{HandModel, HandPose},
+};
+
+use crate::{
+    devices::{Device, DeviceError, Devices, Fault, HandSample, Receiver},
+    geometry::Rigid,
+    grasp::{Grasp, GraspEvent, GraspRules, Phase},
+    hand_proxy::{HandProxy, Posture},
+    motion::Motion,
+    report::{EventRecord, FrameRecord, KeepShapeRecord, StageTimes},
+    soft_body::{SoftBody, SoftBodyError},
+    touch::FingerShapes,
+};
+
+/// How a session runs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SessionOptions {
+    /// Number of frames; the motion is sampled evenly over them.
+    pub frames: usize,
+    /// Seconds between two frames.
+    pub frame_s: f64,
+    /// When the object gives way and when it is released.
+    pub rules: GraspRules,
+    /// Damage to the devices' bytes.
+    pub fault: Option<Fault>,
+}
+
+/// What stops a session.
+#[derive(Debug, thiserror::Error)]
+pub enum SessionError {
+    /// A device.
+    #[error(transparent)]
+    Device(#[from] DeviceError),
+    /// A pose that the tracker cannot report.
+    #[error("frame {frame}: the tracker cannot report the recorded pose: {source}")]
+    Pose {
+        /// Which frame.
+        frame: usize,
+        /// Why.
+        source: glove_io::fastrak::EncodeError,
+    },
+    /// Keep shape failed.
+    #[error("frame {frame}: the shape cannot be kept: {source}")]
+    KeepShape {
+        /// Which frame.
+        frame: usize,
+        /// Why.
+        source: SoftBodyError,
+    },
+}
+
+/// Everything there is to see at one instant, in the world.
+#[derive(Debug, Clone)]
+pub struct Snapshot {
+    /// Frame number.
+    pub frame: usize,
+    /// Caption.
+    pub name: String,
+    /// Positions of the object's vertices, metres.
+    pub positions: Vec<[f64; 3]>,
+    /// How far each has been displaced from the rest shape of the moment, metres.
+    pub displacement_m: Vec<f64>,
+    /// The virtual hand, in the world.
+    pub hand: HandPose,
+    /// Which fingertips touch the object.
+    pub touching: [bool; 5],
+}
+
+/// What a session leaves behind.
+#[derive(Debug)]
+pub struct Outcome {
+    /// One record a frame.
+    pub frames: Vec<FrameRecord>,
+    /// What happened, in order.
+    pub events: Vec<EventRecord>,
+    /// Every keep shape, in order.
+    pub kept: Vec<KeepShapeRecord>,
+    /// Times a frame had to do with a device's former sample.
+    pub held_samples: u64,
+    /// Sensor values outside the calibrated range.
+    pub clamped_sensors: u64,
+    /// Record counters of glove and tracker.
+    pub counters: [glove_io::Counters; 2],
+    /// Time from power-up to the first frame: factorisation, tree, start-up.
+    pub set_up: Duration,
+    /// The object as it stands at the end.
+    pub object: SoftBody,
+    /// Positions of its vertices in the world at the end, metres.
+    pub positions: Vec<[f64; 3]>,
+}
+
+/// A fingertip's hold on the object.
+#[derive(Clone, Copy)]
+struct Hold {
+    /// Centre of the fingertip when it took hold, object frame.
+    tip: DVec3,
+    /// Outward normal of the surface there.
+    normal: DVec3,
+    /// Surface triangle and barycentric coordinates of the point held.
+    triangle: u32,
+    barycentric: [f64; 3],
+}
+
+/// The state between frames.
+struct Loop<'a> {
+    model: &'a HandModel,
+    rules: GraspRules,
+    object: SoftBody,
+    /// The object's pose at rest, and where it is now.
+    place: Rigid,
+    pose: Rigid,
+    /// The object's pose relative to the palm, while it is attached.
+    in_palm: Option<Rigid>,
+    proxy: HandProxy,
+    grasp: Grasp,
+    holds: [Option<Hold>; 5],
+    /// Fingers whose holds the body is condensed to.
+    condensed: [bool; 5],
+    switch_was_down: bool,
+    hand: HandPose,
+    touching: [bool; 5],
+    grasp_events: Vec<GraspEvent>,
+    tip_displacements: Vec<[f64; 3]>,
+}
+
+/// Runs a motion against an object. `watch` sees every frame after it is done.
+///
+/// # Errors
+///
+/// [`SessionError`] if a device fails or a shape cannot be kept.
+pub fn run(
+    options: &SessionOptions,
+    motion: &dyn Motion,
+    model: &HandModel,
+    object: SoftBody,
+    mut watch: impl FnMut(&dyn Fn(&str) -> Snapshot, &FrameRecord),
+) -> Result<Outcome, SessionError> {
+    let power_up = Instant::now();
+    let calibration = Calibration::average();
+    let mut devices = Devices::new(motion, calibration.clone(), options.fault);
+    devices
+        .set_time(0.0)
+        .map_err(|source| SessionError::Pose { frame: 0, source })?;
+    let mut receiver = Receiver::start(&mut devices, calibration)?;
+    let place = Rigid::from(motion.object_place());
+    let still = motion.sample(0.0);
+    let mut state = Loop {
+        model,
+        rules: options.rules,
+        object,
+        place,
+        pose: place,
+        in_palm: None,
+        proxy: HandProxy::default(),
+        grasp: Grasp::default(),
+        holds: [None; 5],
+        condensed: [false; 5],
+        switch_was_down: false,
+        hand: model.pose(&still.wrist, &still.angles),
+        touching: [false; 5],
+        grasp_events: Vec::new(),
+        tip_displacements: Vec::with_capacity(5),
+    };
+    let set_up = power_up.elapsed();
+
+    let (mut frames, mut events, mut kept) =
+        (Vec::with_capacity(options.frames), Vec::new(), Vec::new());
+    let (mut glove_bytes, mut tracker_bytes) = (Vec::new(), Vec::new());
+    for frame in 0..options.frames {
+        devices
+            .set_time(frame as f64 * options.frame_s)
+            .map_err(|source| SessionError::Pose { frame, source })?;
+        glove_bytes.clear();
+        tracker_bytes.clear();
+        for (device, bytes) in [
+            (Device::Glove, &mut glove_bytes),
+            (Device::Tracker, &mut tracker_bytes),
+        ] {
+            devices.exchange(device, Receiver::request(device), Some(frame), bytes);
+        }
+
+        // From here on only bytes are known; the clock runs from bytes to positions.
+        let mut clock = Stopwatch::start();
+        let sample = receiver.receive(frame, &glove_bytes, &tracker_bytes)?;
+        let mut times = StageTimes {
+            parse: clock.lap(),
+            ..StageTimes::default()
+        };
+        let mut fraction = 1.0;
+        state.grasp_events.clear();
+        if let Some(sample) = sample {
+            fraction = state.step(&sample, &mut times, &mut clock);
+            if sample.wrist_switch && !state.switch_was_down {
+                if let Some(record) = state
+                    .keep_shape(frame)
+                    .map_err(|source| SessionError::KeepShape { frame, source })?
+                {
+                    kept.push(record);
+                    times.keep_shape = clock.lap();
+                }
+            }
+            state.switch_was_down = sample.wrist_switch;
+        }
+        let record = FrameRecord {
+            frame,
+            phase: state.grasp.phase(),
+            touching: state.touching,
+            displaced_fraction: fraction,
+            times,
+        };
+        events.extend(
+            state
+                .grasp_events
+                .iter()
+                .map(|&event| EventRecord { frame, event }),
+        );
+        watch(&|name| state.snapshot(frame, name), &record);
+        frames.push(record);
+    }
+    let positions = state.world_positions();
+    Ok(Outcome {
+        frames,
+        events,
+        kept,
+        held_samples: receiver.held(),
+        clamped_sensors: devices.clamped(),
+        counters: receiver.counters(),
+        set_up,
+        object: state.object,
+        positions,
+    })
+}
+
+impl Loop<'_> {
+    /// One frame after the bytes are parsed. Returns the fraction of the fingertips'
+    /// displacement that the object could take.
+    fn step(&mut self, sample: &HandSample, times: &mut StageTimes, clock: &mut Stopwatch) -> f64 {
+        // Hand: where the real hand is, in the object's frame.
+        let palm = Rigid::from(self.model.pose(&sample.wrist, &sample.angles).palm);
+        if let Some(in_palm) = &self.in_palm {
+            self.pose = palm.after(in_palm);
+        }
+        let target = Posture {
+            wrist: self.pose.inverse().after(&sample.wrist.into()),
+            angles: sample.angles,
+        };
+        times.hand = clock.lap();
+
+        // Touch: how far the virtual hand gets, and what its fingertips meet.
+        let attached = self.grasp.phase() != Phase::Free;
+        let advance = if self.grasp.phase() == Phase::Deforming {
+            self.proxy.follow(self.model, target)
+        } else {
+            let surface = self.object.surface();
+            self.proxy.advance(self.model, target, surface, attached)
+        };
+        let surface = self.object.surface();
+        let contacts = advance.hand.fingers.map(|finger| {
+            advance
+                .free
+                .then(|| FingerShapes::new(&finger).tip_contact(surface))
+                .flatten()
+        });
+        let tips = advance
+            .hand
+            .fingers
+            .map(|f| DVec3::from_array(f.tip_center_m()));
+        times.touch = clock.lap();
+
+        // Grasp.
+        let opening = std::array::from_fn(|f| {
+            self.holds[f].map_or(0.0, |hold| (tips[f] - hold.tip).dot(hold.normal))
+        });
+        self.grasp.update(
+            &self.rules,
+            contacts.map(|c| c.is_some()),
+            opening,
+            &mut self.grasp_events,
+        );
+        let holding = self.grasp.holding();
+        for f in 0..5 {
+            if !holding[f] {
+                self.holds[f] = None;
+            } else if self.holds[f].is_none() {
+                // Taking hold needs a contact, so there is one.
+                self.holds[f] = contacts[f].map(|contact| Hold {
+                    tip: tips[f],
+                    normal: DVec3::from_array(contact.normal),
+                    triangle: contact.triangle,
+                    barycentric: contact.barycentric,
+                });
+            }
+        }
+        let now_attached = self.grasp.phase() != Phase::Free;
+        if now_attached && !attached {
+            // The palm of the virtual hand: the real one may have been blocked.
+            let virtual_palm = self.pose.after(&advance.hand.palm.into());
+            self.in_palm = Some(virtual_palm.inverse().after(&self.pose));
+        } else if !now_attached && attached {
+            self.let_go();
+        }
+        self.touching = std::array::from_fn(|f| contacts[f].is_some() || holding[f]);
+        times.grasp = clock.lap();
+
+        // Deformation.
+        let mut fraction = 1.0;
+        if self.grasp.phase() == Phase::Deforming {
+            fraction = self.deform(tips);
+            times.deform = clock.lap();
+            self.object.refit();
+            times.refit = clock.lap();
+        }
+        self.hand = in_world(self.model, &self.pose, &advance.posture);
+        fraction
+    }
+
+    /// Displaces the held points with their fingertips.
+    fn deform(&mut self, tips: [DVec3; 5]) -> f64 {
+        let holding = self.grasp.holding();
+        if holding != self.condensed {
+            let contacts = self
+                .holds
+                .iter()
+                .flatten()
+                .map(|hold| {
+                    let corners = self.object.triangles()[hold.triangle as usize];
+                    let weights: [(u32, f64); 3] =
+                        std::array::from_fn(|i| (corners[i], hold.barycentric[i]));
+                    Contact::weighted(&weights).expect("barycentric coordinates sum to one")
+                })
+                .collect();
+            if self.object.hold(contacts).is_err() {
+                // The fingertips that hold it do not determine the shape (they lie
+                // on one line): it keeps the shape it has until others join.
+                return 1.0;
+            }
+            self.condensed = holding;
+        }
+        self.tip_displacements.clear();
+        for (f, hold) in self.holds.iter().enumerate() {
+            if let Some(hold) = hold {
+                self.tip_displacements.push((tips[f] - hold.tip).to_array());
+            }
+        }
+        self.object.displace(&self.tip_displacements)
+    }
+
+    /// The object stays where it is, springs back, and is rigid again.
+    fn let_go(&mut self) {
+        self.in_palm = None;
+        self.holds = [None; 5];
+        self.condensed = [false; 5];
+        self.object.relax();
+    }
+
+    /// Keep shape, if the object is held and deformed. The object is detached and
+    /// returns to its place.
+    fn keep_shape(&mut self, frame: usize) -> Result<Option<KeepShapeRecord>, SoftBodyError> {
+        if self.grasp.phase() != Phase::Deforming {
+            return Ok(None);
+        }
+        let (volume_before_m3, largest_before_m) = (
+            self.object.volume_m3(),
+            self.object.largest_displacement_m(),
+        );
+        self.object.keep_shape()?;
+        self.grasp.release();
+        self.let_go();
+        self.pose = self.place;
+        self.proxy.reset();
+        self.touching = [false; 5];
+        self.grasp_events.push(GraspEvent::KeptShape);
+        Ok(Some(KeepShapeRecord {
+            frame,
+            volume_before_m3,
+            volume_after_m3: self.object.volume_m3(),
+            largest_displacement_before_m: largest_before_m,
+            largest_displacement_after_m: self.object.largest_displacement_m(),
+        }))
+    }
+
+    fn world_positions(&self) -> Vec<[f64; 3]> {
+        self.object
+            .positions()
+            .iter()
+            .map(|&p| self.pose.point(DVec3::from_array(p)).to_array())
+            .collect()
+    }
+
+    fn snapshot(&self, frame: usize, name: &str) -> Snapshot {
+        Snapshot {
+            frame,
+            name: name.to_owned(),
+            positions: self.world_positions(),
+            displacement_m: self
+                .object
+                .displacements()
+                .iter()
+                .map(|&u| DVec3::from_array(u).length())
+                .collect(),
+            hand: self.hand,
+            touching: self.touching,
+        }
+    }
+}
+
+fn in_world(model: &HandModel, object: &Rigid, posture: &Posture) -> HandPose {
+    model.pose(&object.after(&posture.wrist).into(), &posture.angles)
+}
+
+/// Measures one stage after another.
+struct Stopwatch(Instant);
+
+impl Stopwatch {
+    fn start() -> Self {
+        Self(Instant::now())
+    }
+
+    fn lap(&mut self) -> Duration {
+        let now = Instant::now();
+        let lap = now - self.0;
+        self.0 = now;
+        lap
+    }
+}

@@ -1,0 +1,16 @@
+//! What a stream parser has seen so far.
+
+/// Statistics of a stream parser since it was made.
+///
+/// Every byte ever pushed is in exactly one place: in a record that was handed
+/// out, in `dropped_bytes`, or still pending as part of an unfinished record.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Counters {
+    /// Records handed to the sink.
+    pub records: u64,
+    /// How often the parser lost its place, that is, began to drop bytes after
+    /// a good record (or after the start of the stream).
+    pub resyncs: u64,
+    /// Bytes that belong to no record.
+    pub dropped_bytes: u64,
+}
