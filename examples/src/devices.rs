@@ -9,7 +9,7 @@
 
 use glove_io::{
     Calibration, JointAngles, Pose,
-    cyberglove::{self, Query, Reply, SensorCount, Setting, parse_reply},
+    cyberglove::{self, Query, Reply, SensorCount, parse_reply},
     fastrak::{self, Encoding, Item, OutputList, Station, Units},
     sim,
 };

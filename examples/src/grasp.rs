@@ -3,9 +3,8 @@
 //! [Ma98] (section 4.5) attaches the rigid object to the palm when index, middle and
 //! ring finger collide with it in the same frame, looks up thumb and little finger
 //! afterwards, and starts the elastic analysis when five fingertips hold it. It
-//! gives no rule for letting go. Ours: a fingertip lets go when it has opened by
-//! more than a gap from where it took hold, and the object is released when fewer
-//! than three fingertips hold it.
+//! gives no rule for letting go. Ours: a finger lets go when it has opened by more
+//! than a gap, and the object is released when fewer than three fingers hold it.
 
 use glove_io::hand::Finger;
 
@@ -28,9 +27,9 @@ pub enum Phase {
 pub enum GraspEvent {
     /// The object was attached to the palm.
     Attached,
-    /// A fingertip took hold.
+    /// A finger took hold.
     TookHold,
-    /// A fingertip let go.
+    /// A finger let go.
     LetGo,
     /// The object became elastic.
     BecameElastic,
@@ -46,7 +45,7 @@ pub struct GraspRules {
     /// Fingertips that must hold the object before it gives way: five in the
     /// thesis; at least three are needed to determine the deformation.
     pub fingers_to_deform: usize,
-    /// How far a fingertip opens before it lets go, metres.
+    /// How far a finger opens before it lets go, metres.
     pub release_gap_m: f64,
 }
 
@@ -59,14 +58,26 @@ impl Default for GraspRules {
     }
 }
 
-/// Fewest fingertips that hold an object, and determine how it deforms.
+/// Fewest fingers that hold an object.
 pub const FEWEST_HOLDING: usize = 3;
+
+/// How a finger holds the object, in rising order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub enum Grip {
+    /// Not at all.
+    #[default]
+    None,
+    /// With a segment that cannot deform it.
+    Finger,
+    /// With the fingertip.
+    Fingertip,
+}
 
 /// The state of a grasp.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Grasp {
     phase: Phase,
-    holding: [bool; 5],
+    grips: [Grip; 5],
 }
 
 impl Grasp {
@@ -76,49 +87,49 @@ impl Grasp {
         self.phase
     }
 
-    /// Which fingertips hold the object.
+    /// How each finger holds the object; not at all while it is free.
     #[must_use]
-    pub fn holding(&self) -> [bool; 5] {
-        self.holding
+    pub fn grips(&self) -> [Grip; 5] {
+        self.grips
     }
 
     /// Advances by one frame and appends what happened to `events`.
     ///
-    /// `touching`: fingertips at the surface. `opening_m`: for fingers that hold
-    /// the object, how far they are from where they took hold, outward positive;
-    /// ignored for the others.
+    /// `touching`: what each finger touches the surface with. `opening_m`: for fingers
+    /// that hold the object, how far they have opened; ignored for the others.
     pub fn update(
         &mut self,
         rules: &GraspRules,
-        touching: [bool; 5],
+        touching: [Grip; 5],
         opening_m: [f64; 5],
         events: &mut Vec<GraspEvent>,
     ) {
         if self.phase == Phase::Free {
             let together = [Finger::Index, Finger::Middle, Finger::Ring];
-            if together.iter().all(|f| touching[f.index()]) {
-                self.phase = Phase::Attached;
-                events.push(GraspEvent::Attached);
-            } else {
+            if together.iter().any(|f| touching[f.index()] == Grip::None) {
                 return;
             }
+            self.phase = Phase::Attached;
+            events.push(GraspEvent::Attached);
         }
         for finger in 0..5 {
-            if self.holding[finger] {
-                if opening_m[finger] > rules.release_gap_m {
-                    self.holding[finger] = false;
-                    events.push(GraspEvent::LetGo);
+            let grip = &mut self.grips[finger];
+            if *grip != Grip::None && opening_m[finger] > rules.release_gap_m {
+                *grip = Grip::None;
+                events.push(GraspEvent::LetGo);
+            } else if touching[finger] > *grip {
+                if *grip == Grip::None {
+                    events.push(GraspEvent::TookHold);
                 }
-            } else if touching[finger] {
-                self.holding[finger] = true;
-                events.push(GraspEvent::TookHold);
+                *grip = touching[finger];
             }
         }
-        let count = self.holding.iter().filter(|&&h| h).count();
-        if count < FEWEST_HOLDING {
+        let with = |least: Grip| self.grips.iter().filter(|&&grip| grip >= least).count();
+        if with(Grip::Finger) < FEWEST_HOLDING {
             *self = Self::default();
             events.push(GraspEvent::Released);
-        } else if self.phase == Phase::Attached && count >= rules.fingers_to_deform {
+        } else if self.phase == Phase::Attached && with(Grip::Fingertip) >= rules.fingers_to_deform
+        {
             self.phase = Phase::Deforming;
             events.push(GraspEvent::BecameElastic);
         }
@@ -139,35 +150,38 @@ mod tests {
         release_gap_m: 4e-3,
     };
 
+    /// `touching`: 0 nothing, 1 a segment, 2 the fingertip.
     fn step(grasp: &mut Grasp, touching: [u8; 5], opening_mm: [f64; 5]) -> Vec<GraspEvent> {
         let mut events = Vec::new();
-        grasp.update(
-            &RULES,
-            touching.map(|t| t == 1),
-            opening_mm.map(|o| o * 1e-3),
-            &mut events,
-        );
+        let touching = touching.map(|t| [Grip::None, Grip::Finger, Grip::Fingertip][t as usize]);
+        grasp.update(&RULES, touching, opening_mm.map(|o| o * 1e-3), &mut events);
         events
     }
 
     #[test]
     fn index_middle_and_ring_attach_together_or_not_at_all() {
         let mut grasp = Grasp::default();
-        for touching in [[1, 1, 1, 0, 1], [0, 1, 0, 1, 1], [1, 0, 1, 1, 0]] {
+        for touching in [[2, 2, 2, 0, 2], [0, 2, 0, 2, 2], [2, 0, 1, 2, 0]] {
             assert_eq!(step(&mut grasp, touching, [0.0; 5]), []);
             assert_eq!(grasp.phase(), Phase::Free);
         }
-        let events = step(&mut grasp, [0, 1, 1, 1, 0], [0.0; 5]);
+        let events = step(&mut grasp, [0, 2, 1, 2, 0], [0.0; 5]);
         assert_eq!(events[0], GraspEvent::Attached);
-        assert_eq!(grasp.holding(), [false, true, true, true, false]);
+        use Grip::{Finger, Fingertip, None};
+        assert_eq!(grasp.grips(), [None, Fingertip, Finger, Fingertip, None]);
     }
 
     #[test]
     fn five_fingertips_make_it_elastic_and_opening_releases_it() {
         let mut grasp = Grasp::default();
-        step(&mut grasp, [0, 1, 1, 1, 0], [0.0; 5]);
-        assert!(!step(&mut grasp, [1, 1, 1, 1, 0], [0.0; 5]).contains(&GraspEvent::BecameElastic));
-        assert!(step(&mut grasp, [0, 0, 0, 0, 1], [0.0; 5]).contains(&GraspEvent::BecameElastic));
+        step(&mut grasp, [0, 2, 2, 1, 0], [0.0; 5]);
+        step(&mut grasp, [2, 2, 2, 1, 2], [0.0; 5]);
+        assert_eq!(grasp.phase(), Phase::Attached);
+        // The ring finger's segment becomes its tip: all five.
+        assert_eq!(
+            step(&mut grasp, [0, 0, 0, 2, 0], [0.0; 5]),
+            [GraspEvent::BecameElastic]
+        );
         // Within the gap everything stays; two may let go; the third releases.
         assert_eq!(step(&mut grasp, [0; 5], [3.9; 5]), []);
         let two = step(&mut grasp, [0; 5], [4.1, 0.0, 0.0, 0.0, 4.1]);

@@ -12,12 +12,12 @@ use glove_io::{
 use crate::{
     devices::{Device, DeviceError, Devices, Fault, HandSample, Receiver},
     geometry::Rigid,
-    grasp::{Grasp, GraspEvent, GraspRules, Phase},
+    grasp::{Grasp, GraspEvent, GraspRules, Grip, Phase},
     hand_proxy::{HandProxy, Posture},
     motion::Motion,
     report::{EventRecord, FrameRecord, KeepShapeRecord, StageTimes},
     soft_body::{SoftBody, SoftBodyError},
-    touch::FingerShapes,
+    touch::{FingerShapes, Touch},
 };
 
 /// How a session runs.
@@ -198,14 +198,14 @@ pub fn run(
         state.grasp_events.clear();
         if let Some(sample) = sample {
             fraction = state.step(&sample, &mut times, &mut clock);
-            if sample.wrist_switch && !state.switch_was_down {
-                if let Some(record) = state
+            if sample.wrist_switch
+                && !state.switch_was_down
+                && let Some(record) = state
                     .keep_shape(frame)
                     .map_err(|source| SessionError::KeepShape { frame, source })?
-                {
-                    kept.push(record);
-                    times.keep_shape = clock.lap();
-                }
+            {
+                kept.push(record);
+                times.keep_shape = clock.lap();
             }
             state.switch_was_down = sample.wrist_switch;
         }
@@ -263,35 +263,39 @@ impl Loop<'_> {
             self.proxy.advance(self.model, target, surface, attached)
         };
         let surface = self.object.surface();
-        let contacts = advance.hand.fingers.map(|finger| {
-            advance
-                .free
-                .then(|| FingerShapes::new(&finger).tip_contact(surface))
-                .flatten()
+        let fingers = &advance.hand.fingers;
+        let touch = fingers.map(|finger| match advance.free {
+            true => Touch::of(&finger, surface),
+            false => Touch::Apart,
         });
-        let tips = advance
-            .hand
-            .fingers
-            .map(|f| DVec3::from_array(f.tip_center_m()));
+        let tips = fingers.map(|f| DVec3::from_array(f.tip_center_m()));
+        let gap = self.rules.release_gap_m;
+        let opening = std::array::from_fn(|f| match (&self.holds[f], self.grasp.grips()[f]) {
+            // A fingertip sticks to the surface, which follows it outward.
+            (Some(hold), _) => (tips[f] - hold.tip).dot(hold.normal),
+            // A segment does not: it has opened when it is nowhere near any more.
+            (None, Grip::Finger) if !FingerShapes::padded(&fingers[f], gap).hit(surface) => {
+                f64::INFINITY
+            }
+            _ => 0.0,
+        });
         times.touch = clock.lap();
 
         // Grasp.
-        let opening = std::array::from_fn(|f| {
-            self.holds[f].map_or(0.0, |hold| (tips[f] - hold.tip).dot(hold.normal))
+        let touching = touch.map(|touch| match touch {
+            Touch::Apart => Grip::None,
+            Touch::Finger => Grip::Finger,
+            Touch::Fingertip(_) => Grip::Fingertip,
         });
-        self.grasp.update(
-            &self.rules,
-            contacts.map(|c| c.is_some()),
-            opening,
-            &mut self.grasp_events,
-        );
-        let holding = self.grasp.holding();
+        self.grasp
+            .update(&self.rules, touching, opening, &mut self.grasp_events);
+        let grips = self.grasp.grips();
         for f in 0..5 {
-            if !holding[f] {
+            if grips[f] != Grip::Fingertip {
                 self.holds[f] = None;
             } else if self.holds[f].is_none() {
-                // Taking hold needs a contact, so there is one.
-                self.holds[f] = contacts[f].map(|contact| Hold {
+                // A fingertip takes hold by touching, so there is a contact.
+                self.holds[f] = touch[f].fingertip().map(|contact| Hold {
                     tip: tips[f],
                     normal: DVec3::from_array(contact.normal),
                     triangle: contact.triangle,
@@ -307,7 +311,8 @@ impl Loop<'_> {
         } else if !now_attached && attached {
             self.let_go();
         }
-        self.touching = std::array::from_fn(|f| contacts[f].is_some() || holding[f]);
+        self.touching =
+            std::array::from_fn(|f| touching[f] != Grip::None || grips[f] != Grip::None);
         times.grasp = clock.lap();
 
         // Deformation.
@@ -324,7 +329,7 @@ impl Loop<'_> {
 
     /// Displaces the held points with their fingertips.
     fn deform(&mut self, tips: [DVec3; 5]) -> f64 {
-        let holding = self.grasp.holding();
+        let holding = self.holds.map(|hold| hold.is_some());
         if holding != self.condensed {
             let contacts = self
                 .holds

@@ -1,5 +1,7 @@
 //! The object as it is held: its elastic body, its deformed surface, its tree.
 
+use std::sync::Arc;
+
 use fem_tet::{
     Contact, ContactSet, ElasticBody, FemError, io::ObjectFile, largest_safe_fraction,
     surface_triangles, total_volume,
@@ -13,10 +15,11 @@ use crate::{scene::Object, touch::Surface};
 pub const LEAST_VOLUME_RATIO: f64 = 0.1;
 
 /// A deformable object.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct SoftBody {
     name: String,
-    body: ElasticBody,
+    /// Shared, so that a copy of the object costs no factorisation.
+    body: Arc<ElasticBody>,
     display: Vec<[u32; 3]>,
     triangles: Vec<[u32; 3]>,
     contacts: Option<ContactSet>,
@@ -49,7 +52,7 @@ impl SoftBody {
         let tree = SphereTree::build(Mesh::new(&positions, &triangles)?);
         Ok(Self {
             name: object.name,
-            body: ElasticBody::new(mesh, object.material)?,
+            body: Arc::new(ElasticBody::new(mesh, object.material)?),
             display,
             triangles,
             contacts: None,
@@ -185,7 +188,7 @@ impl SoftBody {
     ///
     /// [`SoftBodyError`] if the new shape cannot be factored; nothing is changed then.
     pub fn keep_shape(&mut self) -> Result<(), SoftBodyError> {
-        self.body = self.body.keep_shape(&self.displacements)?;
+        self.body = Arc::new(self.body.keep_shape(&self.displacements)?);
         self.relax();
         self.tree
             .rebuild(Mesh::new(&self.positions, &self.triangles)?);

@@ -21,6 +21,18 @@ pub struct Surface<'a> {
     pub positions: &'a [[f64; 3]],
 }
 
+/// What a finger has to do with a surface.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Touch {
+    /// Nothing.
+    #[default]
+    Apart,
+    /// A segment is at the surface, but not the fingertip.
+    Finger,
+    /// The fingertip is at the surface, here.
+    Fingertip(Contact),
+}
+
 /// The shapes of one finger: three cylinders and a sphere.
 #[derive(Debug, Clone, Copy)]
 pub struct FingerShapes {
@@ -36,18 +48,29 @@ impl FingerShapes {
     /// If the finger is not finite; poses from parsed records always are.
     #[must_use]
     pub fn new(finger: &FingerPose) -> Self {
-        let cylinders = finger.segments().map(
-            |Segment {
-                 start_m,
-                 end_m,
-                 radius_m,
-             }| {
-                Cylinder::new(start_m, end_m, radius_m).expect("finger segments are finite")
-            },
-        );
-        let tip = Sphere::new(finger.tip_center_m(), finger.tip_radius_m())
-            .expect("fingertips are finite");
-        Self { cylinders, tip }
+        Self::padded(finger, 0.0)
+    }
+
+    /// The shapes with all radii larger by `pad_m`.
+    ///
+    /// # Panics
+    ///
+    /// As [`FingerShapes::new`], and if `pad_m` is negative beyond a radius or not
+    /// finite.
+    #[must_use]
+    pub fn padded(finger: &FingerPose, pad_m: f64) -> Self {
+        let cylinder = |Segment {
+                            start_m,
+                            end_m,
+                            radius_m,
+                        }: Segment| {
+            Cylinder::new(start_m, end_m, radius_m + pad_m).expect("finger segments are finite")
+        };
+        Self {
+            cylinders: finger.segments().map(cylinder),
+            tip: Sphere::new(finger.tip_center_m(), finger.tip_radius_m() + pad_m)
+                .expect("fingertips are finite"),
+        }
     }
 
     /// Whether any part of the finger enters the surface.
@@ -67,25 +90,36 @@ impl FingerShapes {
     pub fn palmward_hit(&self, Surface { tree, positions }: Surface<'_>) -> bool {
         self.cylinders[..2].iter().any(|c| tree.any(positions, c))
     }
+}
 
-    /// Where the fingertip touches the surface: the surface point nearest to the
-    /// centre of the tip, if it lies within the radius and [`TOUCH_MARGIN_M`], or,
-    /// when the side of the distal segment touches first, within one more radius.
+impl Touch {
+    /// What this finger touches, within [`TOUCH_MARGIN_M`].
+    ///
+    /// A fingertip touches at the surface point nearest to its centre. Where the
+    /// side of the distal segment is at the surface, that counts as the fingertip
+    /// as long as the tip itself is within one more radius.
     #[must_use]
-    pub fn tip_contact(&self, surface: Surface<'_>) -> Option<Contact> {
+    pub fn of(finger: &FingerPose, surface: Surface<'_>) -> Self {
         let Surface { tree, positions } = surface;
-        tree.sphere_contact(positions, &self.tip, TOUCH_MARGIN_M)
-            .or_else(|| {
-                let distal = self.cylinders[2];
-                let padded = Cylinder::new(
-                    distal.start(),
-                    distal.end(),
-                    distal.radius() + TOUCH_MARGIN_M,
-                )
-                .expect("larger than a valid cylinder");
-                tree.any(positions, &padded)
-                    .then(|| tree.sphere_contact(positions, &self.tip, self.tip.radius()))
-                    .flatten()
-            })
+        let padded = FingerShapes::padded(finger, TOUCH_MARGIN_M);
+        if padded.distal_hits(surface)
+            && let Some(contact) =
+                tree.sphere_contact(positions, &padded.tip, finger.tip_radius_m())
+        {
+            Self::Fingertip(contact)
+        } else if padded.hit(surface) {
+            Self::Finger
+        } else {
+            Self::Apart
+        }
+    }
+
+    /// The contact of the fingertip, if it touches.
+    #[must_use]
+    pub fn fingertip(&self) -> Option<Contact> {
+        match self {
+            Self::Fingertip(contact) => Some(*contact),
+            Self::Apart | Self::Finger => None,
+        }
     }
 }

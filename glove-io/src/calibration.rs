@@ -102,14 +102,15 @@ impl Calibration {
     /// | sensors | count 1 | count 255 |
     /// |---|---|---|
     /// | flexion of thumb and fingers | +0.80 rad | −2.45 rad |
-    /// | thumb roll, all abductions, palm arch | +1.2 rad | −1.2 rad |
+    /// | thumb roll | +0.5 rad | −2.0 rad |
+    /// | all abductions, palm arch | +1.2 rad | −1.2 rad |
     /// | wrist pitch and yaw | +1.6 rad | −1.6 rad |
     #[must_use]
     pub fn average() -> Self {
         Self {
             sensors: Sensor::ALL.map(|sensor| match sensor {
-                Sensor::ThumbRoll
-                | Sensor::ThumbAbduction
+                Sensor::ThumbRoll => SensorCalibration::spanning(0.5, -2.0),
+                Sensor::ThumbAbduction
                 | Sensor::MiddleIndexAbduction
                 | Sensor::RingMiddleAbduction
                 | Sensor::LittleRingAbduction
@@ -234,7 +235,7 @@ mod tests {
         for (sensor, from, to) in [
             (Sensor::ThumbIp, 0.80, -2.45),
             (Sensor::LittleDip, 0.80, -2.45),
-            (Sensor::ThumbRoll, 1.2, -1.2),
+            (Sensor::ThumbRoll, 0.5, -2.0),
             (Sensor::LittleRingAbduction, 1.2, -1.2),
             (Sensor::PalmArch, 1.2, -1.2),
             (Sensor::WristYaw, 1.6, -1.6),

@@ -15,7 +15,7 @@ use glove_io::{
 use super::closure::Closure;
 use crate::{
     geometry::Rigid,
-    touch::{FingerShapes, Surface},
+    touch::{FingerShapes, Surface, Touch},
 };
 
 /// A way to take hold of an object.
@@ -56,11 +56,9 @@ impl GraspPlan {
     /// The best grasp with the hand turned by `yaw_rad` about the vertical, palm
     /// down; `None` if no place lets all five fingers meet the surface.
     pub(super) fn find(hand: &HandModel, surface: Surface<'_>, yaw_rad: f64) -> Option<Self> {
-        let top = surface
-            .positions
-            .iter()
-            .map(|p| p[1])
-            .fold(f64::NEG_INFINITY, f64::max);
+        let heights = || surface.positions.iter().map(|p| p[1]);
+        let top = heights().fold(f64::NEG_INFINITY, f64::max);
+        let bottom = heights().fold(f64::INFINITY, f64::min);
         let mut best: Option<(f64, Self)> = None;
         for tilt_deg in [-20.0_f64, 0.0, 20.0] {
             let rotation =
@@ -74,7 +72,7 @@ impl GraspPlan {
                             rotation,
                             translation: DVec3::new(0.0, top, 0.0) - palm,
                         };
-                        if let Some((score, plan)) = Self::at(hand, surface, wrist)
+                        if let Some((score, plan)) = Self::at(hand, surface, wrist, (bottom, top))
                             && best.is_none_or(|(best, _)| score > best)
                         {
                             best = Some((score, plan));
@@ -86,7 +84,12 @@ impl GraspPlan {
         best.map(|(_, plan)| plan)
     }
 
-    fn at(hand: &HandModel, surface: Surface<'_>, wrist: Rigid) -> Option<(f64, Self)> {
+    fn at(
+        hand: &HandModel,
+        surface: Surface<'_>,
+        wrist: Rigid,
+        height: (f64, f64),
+    ) -> Option<(f64, Self)> {
         let fingers: Vec<Meeting> = (1..5)
             .map(|f| Meeting::find(hand, surface, wrist, f, 0.0))
             .collect::<Option<_>>()?;
@@ -102,7 +105,11 @@ impl GraspPlan {
         let all = [&[thumb][..], &fingers].concat();
         let press = all.iter().map(|m| m.press).fold(f64::INFINITY, f64::min);
         let gap = all.iter().map(|m| m.gap_m).fold(0.0, f64::max);
-        let score = thumb.normal.dot(opposite) + 0.7 * press - 60.0 * gap;
+        // Fingertips half way up the object, as far as the palm leaves room.
+        let (low, high) = height;
+        let middle = (low + high) / 2.0;
+        let off_m = all.iter().map(|m| (m.height_m - middle).abs()).sum::<f64>() / 5.0;
+        let score = thumb.normal.dot(opposite) + 0.7 * press - 60.0 * gap - 15.0 * off_m;
         let plan = Self {
             wrist,
             thumb_roll_rad: roll,
@@ -138,6 +145,8 @@ struct Meeting {
     /// Distance between fingertip and surface; positive where the side of the last
     /// segment meets it first.
     gap_m: f64,
+    /// Height of the contact.
+    height_m: f64,
 }
 
 impl Meeting {
@@ -176,11 +185,11 @@ impl Meeting {
                 free = middle;
             }
         }
-        let meeting = FingerShapes::new(&at(blocked));
-        if meeting.palmward_hit(surface) || !meeting.distal_hits(surface) {
+        let met = at(blocked);
+        if FingerShapes::new(&met).palmward_hit(surface) {
             return None;
         }
-        let contact = meeting.tip_contact(surface)?;
+        let contact = Touch::of(&met, surface).fingertip()?;
         let tip = |s: f64| DVec3::from_array(at(s).tip_center_m());
         let travel = tip(blocked + 0.01) - tip(blocked);
         let normal = DVec3::from_array(contact.normal);
@@ -191,6 +200,7 @@ impl Meeting {
             normal,
             press,
             gap_m: -contact.depth.min(0.0),
+            height_m: contact.point[1],
         })
         .filter(|meeting| meeting.press > 0.2)
     }

@@ -1,6 +1,6 @@
 //! Repeatable randomness for the script: the differences between two people.
 
-/// SplitMix64 (G. Steele, D. Lea, C. Flood, *Fast splittable pseudorandom number
+/// `SplitMix64` (G. Steele, D. Lea, C. Flood, *Fast splittable pseudorandom number
 /// generators*, OOPSLA 2014): the same numbers on every machine and version.
 pub(super) struct SplitMix64(u64);
 

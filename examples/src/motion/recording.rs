@@ -40,11 +40,10 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// Moves the poses into the tracker's range and puts the object where the
-    /// recorded hand closes.
+    /// Moves the poses into the tracker's range and puts the object at the first of
+    /// the [`candidate_places`](Self::candidate_places).
     ///
-    /// Without joint angles the hand stays half open, without poses it stays in
-    /// one place.
+    /// Without joint angles the hand stays flat, without poses it stays in one place.
     #[must_use]
     pub fn new(source: RecordingSource, hand: &HandModel) -> Self {
         let joints = source
@@ -67,38 +66,59 @@ impl Recording {
             object_place: Pose::IDENTITY,
             duration_s,
         };
-        recording.object_place = recording.grasp_point(hand);
+        if let Some(&place) = recording.candidate_places(hand).first() {
+            recording.object_place = place;
+        }
         recording
     }
 
-    /// The point between thumb tip and fingertips at the instant when the hand is
-    /// most closed while it moves least.
-    fn grasp_point(&self, hand: &HandModel) -> Pose {
-        let step = 1.0 / POSE_RATE_HZ;
-        let mut best = (f64::INFINITY, DVec3::ZERO);
+    /// The same motion with the object in another place.
+    #[must_use]
+    pub fn with_object_at(mut self, place: Pose) -> Self {
+        self.object_place = place;
+        self
+    }
+
+    /// Places for the object where the recorded hand could meet it, the likeliest
+    /// first: between thumb and fingertips, at instants when the hand is closed and
+    /// moves little. The first tenth of the recording is left for approaching.
+    #[must_use]
+    pub fn candidate_places(&self, hand: &HandModel) -> Vec<Pose> {
+        let step = 1.0 / JOINT_RATE_HZ;
+        let tips = |time: f64| {
+            let sample = self.sample(time);
+            let pose = hand.pose(&sample.wrist, &sample.angles);
+            let tip = |f: Finger| DVec3::from_array(pose.fingers[f.index()].tip_center_m());
+            let fingers = (tip(Finger::Index) + tip(Finger::Middle) + tip(Finger::Ring)) / 3.0;
+            (tip(Finger::Thumb), fingers)
+        };
+        let mut scored = Vec::new();
         let mut time = 0.1 * self.duration_s;
         while time <= self.duration_s {
-            let tips = |time: f64| {
-                let sample = self.sample(time);
-                let pose = hand.pose(&sample.wrist, &sample.angles);
-                let tip = |f: Finger| DVec3::from_array(pose.fingers[f.index()].tip_center_m());
-                let fingers = (tip(Finger::Index) + tip(Finger::Middle) + tip(Finger::Ring)) / 3.0;
-                (tip(Finger::Thumb), fingers)
-            };
-            let (thumb, fingers) = tips(time);
-            let (_, before) = tips(time - step);
-            // Metres of opening and metres per tenth of a second weigh alike.
-            let score = thumb.distance(fingers) + before.distance(fingers) / step * 0.1;
-            if score < best.0 {
-                best = (score, (thumb + fingers) / 2.0);
-            }
+            let ((thumb, fingers), (_, before)) = (tips(time), tips(time - step));
+            // Metres of opening and metres per second of speed, the latter less.
+            let score = thumb.distance(fingers) + 0.1 * before.distance(fingers) / step;
+            scored.push((score, (thumb + fingers) / 2.0));
             time += step;
         }
-        Rigid {
-            rotation: DQuat::IDENTITY,
-            translation: best.1,
+        scored.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut places: Vec<DVec3> = Vec::new();
+        for (_, point) in scored {
+            // Places closer than this are one and the same.
+            if places.iter().all(|p| p.distance(point) > 0.03) {
+                places.push(point);
+            }
         }
-        .into()
+        places
+            .into_iter()
+            .map(|translation| {
+                Rigid {
+                    rotation: DQuat::IDENTITY,
+                    translation,
+                }
+                .into()
+            })
+            .collect()
     }
 }
 
@@ -153,9 +173,9 @@ fn bracket(position: f64, count: usize) -> (usize, usize, f64) {
 }
 
 /// From a table frame (z up) to the world (y up), moved so that all positions lie
-/// in front of the transmitter, centred sideways and in height. The attitude of
-/// the receiver on the hand is not known; its x axis is taken to point along the
-/// fingers and its z axis into the palm, as the tracker's own frame suggests.
+/// in front of the transmitter, centred sideways and in height. How the receiver
+/// sat on the hand is not recorded; x along the fingers and z out of the back of
+/// the hand makes the palm face what it reaches for.
 fn recentred(poses: &[Pose]) -> Vec<Rigid> {
     let upright = DQuat::from_rotation_x(-std::f64::consts::FRAC_PI_2);
     // Receiver axes (x forward, y right, z down) in the hand's (x right, y up, −z forward).

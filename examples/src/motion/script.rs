@@ -1,7 +1,10 @@
 //! A script of hand motion: two grasps from two sides, with a kept shape between.
 
 use glam::{DQuat, DVec3};
-use glove_io::{Pose, Sensor, hand::HandModel};
+use glove_io::{
+    Pose, Sensor,
+    hand::{Finger, HandModel},
+};
 
 use super::{
     KeyMoment, Motion, MotionSample,
@@ -25,6 +28,8 @@ struct Keyframe {
     grasp: usize,
     /// Fingertips beyond the surface along their way, metres; negative is open.
     depth_m: f64,
+    /// How far thumb and little finger stay behind the others, metres.
+    lag_m: f64,
 }
 
 /// A scripted hand.
@@ -68,49 +73,51 @@ impl Script {
             wrist
         };
         let mut keyframes = Vec::new();
-        let mut add = |time_s: f64, grasp: usize, up_m: f64, depth_mm: f64| {
+        let mut add = |time_s: f64, grasp: usize, up_m: f64, depth_mm: f64, lag_mm: f64| {
             keyframes.push(Keyframe {
                 time_s,
                 wrist: at(grasp, up_m),
                 grasp,
                 depth_m: depth_mm * 1e-3,
+                lag_m: lag_mm * 1e-3,
             });
         };
         let open = -OPEN_M * 1e3;
-        // Approach, close, lift.
-        add(0.0, 0, APPROACH_M, open);
-        add(0.3, 0, APPROACH_M, open);
-        add(1.3, 0, 0.0, open);
-        add(2.3, 0, 0.0, 1.5);
-        add(2.8, 0, 0.0, 1.5);
-        add(3.6, 0, LIFT_M, 1.5);
+        // Approach, close, lift by three fingers; thumb and little finger follow.
+        add(0.0, 0, APPROACH_M, open, 0.0);
+        add(0.3, 0, APPROACH_M, open, 0.0);
+        add(1.3, 0, 0.0, open, 0.0);
+        add(2.3, 0, 0.0, 3.0, 10.0);
+        add(2.6, 0, 0.0, 3.0, 10.0);
+        add(3.3, 0, LIFT_M, 3.0, 10.0);
+        add(3.8, 0, LIFT_M, 3.0, 0.0);
         // Squeeze: small, medium, large.
-        add(4.2, 0, LIFT_M, 3.0);
-        add(4.8, 0, LIFT_M, 3.0);
-        add(5.2, 0, LIFT_M, 6.0);
-        add(5.8, 0, LIFT_M, 6.0);
-        add(6.3, 0, LIFT_M, 10.0);
-        add(7.0, 0, LIFT_M, 10.0);
+        add(4.2, 0, LIFT_M, 5.0, 0.0);
+        add(4.8, 0, LIFT_M, 5.0, 0.0);
+        add(5.2, 0, LIFT_M, 8.0, 0.0);
+        add(5.8, 0, LIFT_M, 8.0, 0.0);
+        add(6.3, 0, LIFT_M, 12.0, 0.0);
+        add(7.0, 0, LIFT_M, 12.0, 0.0);
         // Release; the object springs back and stays where it is.
-        add(7.8, 0, LIFT_M, -12.0);
-        add(8.3, 0, LIFT_M, -12.0);
+        add(7.8, 0, LIFT_M, -12.0, 0.0);
+        add(8.3, 0, LIFT_M, -12.0, 0.0);
         // Take it again, squeeze, press the switch: keep shape.
-        add(9.2, 0, LIFT_M, 2.0);
-        add(9.8, 0, LIFT_M, 9.0);
-        add(10.6, 0, LIFT_M, 9.0);
-        add(11.2, 0, LIFT_M, open);
-        add(11.8, 0, APPROACH_M, open);
-        // From another side.
-        add(13.2, 1, APPROACH_M, open);
-        add(14.2, 1, 0.0, open);
-        add(15.4, 1, 0.0, 4.0);
-        add(16.2, 1, 0.0, 10.0);
-        add(17.0, 1, 0.0, 10.0);
-        add(17.8, 1, 0.0, -12.0);
-        add(18.0, 1, 0.0, -12.0);
+        add(9.2, 0, LIFT_M, 3.0, 0.0);
+        add(9.8, 0, LIFT_M, 11.0, 0.0);
+        add(10.6, 0, LIFT_M, 11.0, 0.0);
+        add(11.2, 0, LIFT_M, open, 0.0);
+        add(11.8, 0, APPROACH_M, open, 0.0);
+        // From another side; the surface may now lie deeper than it was planned for.
+        add(13.2, 1, APPROACH_M, open, 0.0);
+        add(14.2, 1, 0.0, open, 0.0);
+        add(15.4, 1, 0.0, 9.0, 0.0);
+        add(16.2, 1, 0.0, 14.0, 0.0);
+        add(17.0, 1, 0.0, 14.0, 0.0);
+        add(17.8, 1, 0.0, -12.0, 0.0);
+        add(18.0, 1, 0.0, -12.0, 0.0);
         let key_moments = [
             (1.0, "before"),
-            (2.27, "attached"),
+            (3.2, "attached"),
             (4.7, "small squeeze"),
             (5.7, "medium squeeze"),
             (6.9, "large squeeze"),
@@ -143,7 +150,12 @@ impl Motion for Script {
         let t = t * t * (3.0 - 2.0 * t);
         let closure = |key: &Keyframe| {
             let depths = std::array::from_fn(|f| {
-                key.depth_m + self.bias_m[f] + self.finger_tremor[f].at(time_s)
+                let lag = if matches!(Finger::ALL[f], Finger::Thumb | Finger::Little) {
+                    key.lag_m
+                } else {
+                    0.0
+                };
+                key.depth_m - lag + self.bias_m[f] + self.finger_tremor[f].at(time_s)
             });
             self.grasps[key.grasp].closure(depths).angles()
         };

@@ -21,9 +21,10 @@ const VIRIDIS: [[u8; 3]; 16] = [
     [0xfd, 0xe7, 0x25],
 ];
 
-/// The sRGB colour of `t` in `[0, 1]`, from dark violet to bright yellow.
+/// The sRGB colour of `t` in `[0, 1]`, from bright yellow to dark violet: little is
+/// light, much is dark.
 ///
-/// Equal steps of `t` look equally large, and lightness grows throughout, so
+/// Equal steps of `t` look equally large, and lightness falls throughout, so
 /// the map reads in grey and to colour-blind eyes. Between the entries of a
 /// table it is linear. Numbers outside are shown like the nearer end, NaN as
 /// grey.
@@ -33,7 +34,7 @@ pub fn colormap(t: f64) -> [f32; 3] {
         return [0.6; 3];
     }
     let last = VIRIDIS.len() - 1;
-    let position = t.clamp(0.0, 1.0) * last as f64;
+    let position = (1.0 - t.clamp(0.0, 1.0)) * last as f64;
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
@@ -55,19 +56,19 @@ mod tests {
 
     #[test]
     fn ends_are_those_of_the_table() {
-        for (t, bytes) in [(0.0, VIRIDIS[0]), (1.0, VIRIDIS[15]), (-3.0, VIRIDIS[0])] {
+        for (t, bytes) in [(0.0, VIRIDIS[15]), (1.0, VIRIDIS[0]), (-3.0, VIRIDIS[15])] {
             assert_eq!(to_bytes(colormap(t)), bytes);
         }
-        assert_eq!(to_bytes(colormap(f64::INFINITY)), VIRIDIS[15]);
+        assert_eq!(to_bytes(colormap(f64::INFINITY)), VIRIDIS[0]);
         assert_eq!(to_bytes(colormap(f64::NAN)), [153; 3]);
     }
 
     #[test]
-    fn luminance_grows_throughout() {
+    fn luminance_falls_throughout() {
         let luminance = |t| to_linear(colormap(t)).dot([0.2126, 0.7152, 0.0722].into());
         for i in 0..200 {
             let t = f64::from(i) / 200.0;
-            assert!(luminance(t) < luminance(t + 0.005), "at {t}");
+            assert!(luminance(t) > luminance(t + 0.005), "at {t}");
         }
     }
 }

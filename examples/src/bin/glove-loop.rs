@@ -1,2 +1,0 @@
-//! The glove-driven deformation loop.
-fn main() {}

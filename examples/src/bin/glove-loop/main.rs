@@ -1,0 +1,210 @@
+//! The glove-driven deformation loop: a virtual hand squeezes a soft object.
+//!
+//! Simulated devices, moved by a script or by recordings, send protocol bytes; the
+//! loop reads them and writes a contact sheet, a report and the deformed object.
+
+mod cli;
+
+use std::{
+    fs,
+    io::IsTerminal as _,
+    path::{Path, PathBuf},
+    process::ExitCode,
+};
+
+use clap::Parser as _;
+use cli::Cli;
+use examples::{
+    moments::Moments,
+    motion::{Motion, Recording, RecordingSource, Script},
+    output::OutputFolder,
+    picture::contact_sheet,
+    placement::place,
+    report::Report,
+    scene::Object,
+    session::{self, SessionOptions},
+    soft_body::SoftBody,
+    vtu,
+};
+use fem_tet::io::ObjectFile;
+use glove_io::{
+    hand::HandModel,
+    recording::{parse_joint_recording, parse_pose_recording},
+};
+
+/// Frames between two grids of the VTU series.
+const VTU_STRIDE: usize = 10;
+/// Frame rate of a played recording, frames per second.
+const RECORDING_HZ: f64 = 100.0;
+
+type Error = Box<dyn std::error::Error>;
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    match run(&cli) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn run(cli: &Cli) -> Result<(), Error> {
+    if let Some(threads) = cli.threads {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(threads.get())
+            .build_global()?;
+    }
+    let model = HandModel::average_right();
+    let object =
+        SoftBody::new(load_object(cli)?).map_err(|error| format!("{}: {error}", cli.object))?;
+    let recording = load_recording(cli)?;
+    let mut out = OutputFolder::create(&cli.out).map_err(|e| at_path(&cli.out, &e))?;
+
+    // The motion, and how many frames of which length it takes.
+    let (motion, mut options): (Box<dyn Motion>, SessionOptions) = match recording {
+        Some(source) => {
+            let recording = Recording::new(source, &model);
+            let frame_s = 1.0 / RECORDING_HZ;
+            let options = cli.session(whole(recording.duration_s() / frame_s) + 1, frame_s);
+            let placed = place(recording, &model, &object, &options)?;
+            (Box::new(placed), options)
+        }
+        None => {
+            let script = Script::new(&model, object.surface(), cli.seed)
+                .map_err(|error| format!("{}: {error}", cli.object))?;
+            let options = cli.session(cli::SCRIPT_FRAMES, 0.0);
+            // The script is told in as many frames as there are.
+            let frame_s = script.duration_s() / options.frames as f64;
+            (Box::new(script), SessionOptions { frame_s, ..options })
+        }
+    };
+    options.fault = cli.fault;
+
+    let initial_volume_m3 = object.volume_m3();
+    let display = object.display().to_vec();
+    let tets = object.body().mesh().tets().to_vec();
+    let lowest = object
+        .positions()
+        .iter()
+        .map(|p| p[1])
+        .fold(f64::INFINITY, f64::min);
+    let ground_m = motion.object_place().position_m[1] + lowest;
+
+    let progress = progress_bar(options.frames);
+    let mut moments = Moments::new(motion.key_moments(), options.frames, options.frame_s);
+    let mut series = Vec::new();
+    let mut failed = None;
+    let outcome = session::run(&options, &*motion, &model, object, |snapshot, record| {
+        moments.see(snapshot, record);
+        if cli.vtu && record.frame % VTU_STRIDE == 0 && failed.is_none() {
+            let now = snapshot("");
+            let name = format!("frames/frame-{:06}.vtu", record.frame);
+            let grid = vtu::grid(&now.positions, &tets, &now.displacement_m);
+            failed = out.write(&name, grid.as_bytes()).err();
+            series.push((name, record.frame as f64 * options.frame_s));
+        }
+        progress.inc(1);
+    })?;
+    progress.finish_and_clear();
+    if let Some(error) = failed {
+        return Err(at_path(&cli.out, &error).into());
+    }
+
+    let scripted = cli.joints.is_none() && cli.pose.is_none();
+    let seed = scripted.then_some(cli.seed);
+    let report = Report::new(&outcome, seed, options.frame_s, initial_volume_m3);
+    let json = serde_json::to_string_pretty(&report)? + "\n";
+    let mut png = Vec::new();
+    contact_sheet(
+        &format!("{}, {} nodes", report.object.name, report.object.nodes),
+        &moments.into_snapshots(),
+        &display,
+        ground_m,
+    )
+    .write_png(&mut png)?;
+    let object_text = outcome.object.to_file()?.to_text();
+    let mut files: Vec<(&str, &[u8])> = vec![
+        ("report.json", json.as_bytes()),
+        ("contact-sheet.png", &png),
+        ("object.txt", object_text.as_bytes()),
+    ];
+    let pvd = vtu::collection(&series);
+    if cli.vtu {
+        files.push(("series.pvd", pvd.as_bytes()));
+    }
+    for (name, contents) in files {
+        out.write(name, contents)
+            .map_err(|e| at_path(&cli.out, &e))?;
+    }
+    let written = out.commit().map_err(|e| at_path(&cli.out, &e))?;
+
+    if cli.json {
+        print!("{json}");
+    } else {
+        print!("{}", report.table());
+        for path in written
+            .iter()
+            .filter(|p| p.extension() != Some("vtu".as_ref()))
+        {
+            println!("wrote {}", path.display());
+        }
+    }
+    Ok(())
+}
+
+fn load_object(cli: &Cli) -> Result<Object, Error> {
+    if let Some(kind) = cli.builtin() {
+        return Ok(Object::build(kind, cli.resolution)?);
+    }
+    let path = PathBuf::from(&cli.object);
+    let text = read(&path)?;
+    let file = ObjectFile::parse(&text).map_err(|error| at_path(&path, &error))?;
+    Ok(Object::from_file(&cli.object, file).map_err(|error| at_path(&path, &error))?)
+}
+
+fn load_recording(cli: &Cli) -> Result<Option<RecordingSource>, Error> {
+    if cli.joints.is_none() && cli.pose.is_none() {
+        return Ok(None);
+    }
+    let mut source = RecordingSource::default();
+    if let Some(path) = &cli.joints {
+        let joints = parse_joint_recording(&read(path)?).map_err(|error| at_path(path, &error))?;
+        source.joints = Some(joints);
+    }
+    if let Some(path) = &cli.pose {
+        let poses = parse_pose_recording(&read(path)?).map_err(|error| at_path(path, &error))?;
+        source.poses = Some(poses);
+    }
+    Ok(Some(source))
+}
+
+fn read(path: &Path) -> Result<String, String> {
+    fs::read_to_string(path).map_err(|error| at_path(path, &error))
+}
+
+/// The message of an error with the file it belongs to.
+fn at_path(path: &Path, error: &dyn std::fmt::Display) -> String {
+    format!("{}: {error}", path.display())
+}
+
+/// A bar on a terminal, nothing elsewhere.
+fn progress_bar(frames: usize) -> indicatif::ProgressBar {
+    if std::io::stderr().is_terminal() {
+        indicatif::ProgressBar::new(frames as u64)
+    } else {
+        indicatif::ProgressBar::hidden()
+    }
+}
+
+/// A number of frames, rounded.
+fn whole(frames: f64) -> usize {
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "recordings are far shorter than 2^53 frames"
+    )]
+    let frames = frames.round() as usize;
+    frames
+}
