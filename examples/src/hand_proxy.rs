@@ -88,12 +88,22 @@ impl HandProxy {
         self.free = None;
     }
 
-    /// Moves all the way, without regard to the surface.
-    pub fn follow(&mut self, model: &HandModel, target: Posture) -> Advance {
-        self.free = Some(target);
+    /// Moves without regard to the surface, no point of the hand by more than
+    /// `reach_m`: fingers that the rigid object had blocked catch up when it gives
+    /// way, rather than jump.
+    pub fn follow(&mut self, model: &HandModel, target: Posture, reach_m: f64) -> Advance {
+        let posture = self.free.map_or(target, |start| {
+            let way = longest_way(&pose(model, &start).fingers, &pose(model, &target).fingers);
+            if way > reach_m {
+                start.interpolate(&target, reach_m / way)
+            } else {
+                target
+            }
+        });
+        self.free = Some(posture);
         Advance {
-            posture: target,
-            hand: pose(model, &target),
+            posture,
+            hand: pose(model, &posture),
             free: true,
         }
     }
@@ -176,13 +186,7 @@ fn free_fraction<const N: usize>(
             .iter()
             .any(|finger| FingerShapes::new(finger).hit(surface))
     };
-    let (start, end) = (fingers_at(0.0), fingers_at(1.0));
-    let length = start
-        .iter()
-        .zip(&end)
-        .flat_map(|(a, b)| a.points_m.iter().zip(&b.points_m))
-        .map(|(&a, &b)| DVec3::from_array(a).distance(DVec3::from_array(b)))
-        .fold(0.0, f64::max);
+    let length = longest_way(&fingers_at(0.0), &fingers_at(1.0));
     if length == 0.0 {
         return 0.0;
     }
@@ -207,4 +211,13 @@ fn free_fraction<const N: usize>(
         return free;
     }
     1.0
+}
+
+/// The longest way of any joint or tip from one pose to another, metres.
+fn longest_way(from: &[FingerPose], to: &[FingerPose]) -> f64 {
+    from.iter()
+        .zip(to)
+        .flat_map(|(a, b)| a.points_m.iter().zip(&b.points_m))
+        .map(|(&a, &b)| DVec3::from_array(a).distance(DVec3::from_array(b)))
+        .fold(0.0, f64::max)
 }

@@ -8,7 +8,7 @@ const MOST: usize = 8;
 /// Collects the snapshots of a session's key moments.
 ///
 /// A script names its moments. A recording does not know what will come of it, so
-/// there the events decide: first touch, attaching, giving way, release.
+/// there the events decide: the first touch, attaching, giving way, release.
 pub struct Moments {
     planned: Vec<KeyMoment>,
     frame_s: f64,
@@ -41,7 +41,7 @@ impl Moments {
         if self.by_events {
             let now = (record.phase, record.touching.contains(&true));
             let name = match (self.last, now) {
-                ((Phase::Free, false), (Phase::Free, true)) => Some("touched"),
+                _ if now.1 && self.snapshots.is_empty() => Some("first touch"),
                 ((Phase::Free, _), (Phase::Attached, _)) => Some("attached"),
                 ((Phase::Free | Phase::Attached, _), (Phase::Deforming, _)) => Some("elastic"),
                 ((Phase::Attached | Phase::Deforming, _), (Phase::Free, _)) => Some("released"),

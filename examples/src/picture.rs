@@ -1,7 +1,7 @@
 //! The contact sheet: key moments of a session, hand and object together.
 
 use glam::DVec3;
-use glove_io::hand::HandPose;
+use glove_io::hand::{Finger, HandPose};
 use rayon::prelude::*;
 
 use crate::{
@@ -81,8 +81,13 @@ fn draw(snapshot: &Snapshot, triangles: &[[u32; 3]], scale_m: f64, ground_m: f64
         .map(|&p| DVec3::from_array(p))
         .sum::<DVec3>()
         / snapshot.positions.len() as f64;
-    // From the side of the thumb and the fingertips, so that the palm hides nothing.
-    let eye = centre + DVec3::new(-0.31, 0.10, -0.25);
+    // From the side of the thumb and the fingertips, whichever way the hand points,
+    // so that the palm hides nothing.
+    let hand = &snapshot.hand;
+    let forward = DVec3::from_array(hand.fingers[Finger::Middle.index()].points_m[0])
+        - DVec3::from_array(hand.palm.position_m);
+    let forward = DVec3::new(forward.x, 0.0, forward.z).normalize_or(DVec3::NEG_Z);
+    let eye = centre + forward * 0.25 + DVec3::Y * 0.10 - forward.cross(DVec3::Y) * 0.31;
     let target = centre + DVec3::new(0.0, 0.025, 0.0);
     let camera = Camera::look_at(eye.to_array(), target.to_array(), [0.0, 1.0, 0.0], 0.6);
     scene.render(&camera, PANEL[0], PANEL[1], SAMPLES)

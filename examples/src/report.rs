@@ -57,7 +57,7 @@ pub struct FrameRecord {
     pub frame: usize,
     /// What the object is to the hand.
     pub phase: Phase,
-    /// Which fingertips touch or hold the object.
+    /// Which fingers touch or hold the object.
     pub touching: [bool; 5],
     /// Share of the fingertips' displacement that the object could take.
     pub displaced_fraction: f64,
@@ -87,6 +87,15 @@ pub struct KeepShapeRecord {
     pub largest_displacement_before_m: f64,
     /// Largest displacement from the new rest shape: zero.
     pub largest_displacement_after_m: f64,
+}
+
+/// Fingertips that hold an elastic object without determining its deformation.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct RefusedRecord {
+    /// In which frame they took hold.
+    pub frame: usize,
+    /// What they leave free.
+    pub reason: String,
 }
 
 /// Median, 99th percentile and worst of a stage, microseconds.
@@ -149,7 +158,7 @@ pub struct GraspReport {
     pub attached_frame: usize,
     /// Frame in which it was released or its shape kept; `null` if it never was.
     pub released_frame: Option<usize>,
-    /// Most fingertips in contact in one of its frames.
+    /// Most fingers in contact in one of its frames.
     pub most_fingers: usize,
     /// Frames in which the object gave way.
     pub elastic_frames: usize,
@@ -179,7 +188,7 @@ pub struct Report {
     pub frames: usize,
     /// Seconds between frames.
     pub frame_s: f64,
-    /// Fingertips in contact, frame by frame.
+    /// Fingers in contact, frame by frame.
     pub contacts: Vec<u8>,
     /// Frames with at least one.
     pub contact_frames: usize,
@@ -189,6 +198,9 @@ pub struct Report {
     pub kept_shapes: Vec<KeepShapeRecord>,
     /// What happened, in order.
     pub events: Vec<EventRecord>,
+    /// Sets of fingertips that do not determine how the object deforms; it kept its
+    /// shape while they held it.
+    pub refused_contact_sets: Vec<RefusedRecord>,
     /// Frames in which the fingers would have inverted an element and were held back.
     pub limited_frames: usize,
     /// Frames in which a device had sent no record and its last one was used.
@@ -199,7 +211,7 @@ pub struct Report {
     pub glove: StreamReport,
     /// The FASTRAK's stream.
     pub tracker: StreamReport,
-    /// Time before the first frame, milliseconds.
+    /// Time to build, assemble and factor the object and its tree, milliseconds.
     pub set_up_ms: f64,
     /// Times from bytes to positions.
     pub stages: Vec<StageReport>,
@@ -210,7 +222,13 @@ pub struct Report {
 impl Report {
     /// Draws the report from what a session left.
     #[must_use]
-    pub fn new(outcome: &Outcome, seed: Option<u64>, frame_s: f64, initial_volume_m3: f64) -> Self {
+    pub fn new(
+        outcome: &Outcome,
+        seed: Option<u64>,
+        frame_s: f64,
+        initial_volume_m3: f64,
+        set_up: Duration,
+    ) -> Self {
         let object = &outcome.object;
         let contacts: Vec<u8> = outcome
             .frames
@@ -241,6 +259,7 @@ impl Report {
             grasps: grasps(outcome),
             kept_shapes: outcome.kept.clone(),
             events: outcome.events.clone(),
+            refused_contact_sets: outcome.refused.clone(),
             limited_frames: outcome
                 .frames
                 .iter()
@@ -250,7 +269,7 @@ impl Report {
             clamped_sensors: outcome.clamped_sensors,
             glove: stream(outcome.counters[0]),
             tracker: stream(outcome.counters[1]),
-            set_up_ms: outcome.set_up.as_secs_f64() * 1e3,
+            set_up_ms: set_up.as_secs_f64() * 1e3,
             stages: stages(outcome),
             position_hash: format!("{:016x}", position_hash(&outcome.positions)),
         }
@@ -287,7 +306,7 @@ impl Report {
                     format!("released in frame {f}")
                 });
             line(format_args!(
-                "  grasp {}: attached in frame {}, {} fingertips, elastic for {} frames, {end}",
+                "  grasp {}: attached in frame {}, {} fingers, elastic for {} frames, {end}",
                 i + 1,
                 grasp.attached_frame,
                 grasp.most_fingers,
@@ -302,6 +321,12 @@ impl Report {
                 object.initial_volume_m3 * 1e6,
                 kept.largest_displacement_before_m * 1e3,
                 kept.largest_displacement_after_m * 1e3
+            ));
+        }
+        for refused in &self.refused_contact_sets {
+            line(format_args!(
+                "  frame {}: no deformation: {}",
+                refused.frame, refused.reason
             ));
         }
         line(format_args!(""));

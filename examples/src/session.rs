@@ -2,7 +2,6 @@
 
 use std::time::{Duration, Instant};
 
-use fem_tet::Contact;
 use glam::DVec3;
 use glove_io::{
     Calibration,
@@ -15,10 +14,17 @@ use crate::{
     grasp::{Grasp, GraspEvent, GraspRules, Grip, Phase},
     hand_proxy::{HandProxy, Posture},
     motion::Motion,
-    report::{EventRecord, FrameRecord, KeepShapeRecord, StageTimes},
+    report::{EventRecord, FrameRecord, KeepShapeRecord, RefusedRecord, StageTimes},
     soft_body::{SoftBody, SoftBodyError},
     touch::{FingerShapes, Touch},
 };
+
+/// Speed at which fingers catch up with the real hand once the object gives way,
+/// metres per second; a quick squeeze is slower than this.
+const CATCH_UP_M_PER_S: f64 = 0.25;
+
+/// Radius of the area on which a fingertip presses, metres.
+const PATCH_RADIUS_M: f64 = 0.012;
 
 /// How a session runs.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -83,14 +89,14 @@ pub struct Outcome {
     pub events: Vec<EventRecord>,
     /// Every keep shape, in order.
     pub kept: Vec<KeepShapeRecord>,
+    /// Sets of fingertips that do not determine how the object deforms.
+    pub refused: Vec<RefusedRecord>,
     /// Times a frame had to do with a device's former sample.
     pub held_samples: u64,
     /// Sensor values outside the calibrated range.
     pub clamped_sensors: u64,
     /// Record counters of glove and tracker.
     pub counters: [glove_io::Counters; 2],
-    /// Time from power-up to the first frame: factorisation, tree, start-up.
-    pub set_up: Duration,
     /// The object as it stands at the end.
     pub object: SoftBody,
     /// Positions of its vertices in the world at the end, metres.
@@ -113,6 +119,8 @@ struct Hold {
 struct Loop<'a> {
     model: &'a HandModel,
     rules: GraspRules,
+    /// How far a finger moves in one frame at most while the object gives way.
+    catch_up_m: f64,
     object: SoftBody,
     /// The object's pose at rest, and where it is now.
     place: Rigid,
@@ -122,8 +130,10 @@ struct Loop<'a> {
     proxy: HandProxy,
     grasp: Grasp,
     holds: [Option<Hold>; 5],
-    /// Fingers whose holds the body is condensed to.
+    /// Fingertips that the body was last condensed to, and whether they hold it.
     condensed: [bool; 5],
+    held: bool,
+    refused: Vec<RefusedRecord>,
     switch_was_down: bool,
     hand: HandPose,
     touching: [bool; 5],
@@ -143,7 +153,6 @@ pub fn run(
     object: SoftBody,
     mut watch: impl FnMut(&dyn Fn(&str) -> Snapshot, &FrameRecord),
 ) -> Result<Outcome, SessionError> {
-    let power_up = Instant::now();
     let calibration = Calibration::average();
     let mut devices = Devices::new(motion, calibration.clone(), options.fault);
     devices
@@ -155,6 +164,7 @@ pub fn run(
     let mut state = Loop {
         model,
         rules: options.rules,
+        catch_up_m: CATCH_UP_M_PER_S * options.frame_s,
         object,
         place,
         pose: place,
@@ -163,13 +173,14 @@ pub fn run(
         grasp: Grasp::default(),
         holds: [None; 5],
         condensed: [false; 5],
+        held: false,
+        refused: Vec::new(),
         switch_was_down: false,
         hand: model.pose(&still.wrist, &still.angles),
         touching: [false; 5],
         grasp_events: Vec::new(),
         tip_displacements: Vec::with_capacity(5),
     };
-    let set_up = power_up.elapsed();
 
     let (mut frames, mut events, mut kept) =
         (Vec::with_capacity(options.frames), Vec::new(), Vec::new());
@@ -197,7 +208,7 @@ pub fn run(
         let mut fraction = 1.0;
         state.grasp_events.clear();
         if let Some(sample) = sample {
-            fraction = state.step(&sample, &mut times, &mut clock);
+            fraction = state.step(frame, &sample, &mut times, &mut clock);
             if sample.wrist_switch
                 && !state.switch_was_down
                 && let Some(record) = state
@@ -230,10 +241,10 @@ pub fn run(
         frames,
         events,
         kept,
+        refused: state.refused,
         held_samples: receiver.held(),
         clamped_sensors: devices.clamped(),
         counters: receiver.counters(),
-        set_up,
         object: state.object,
         positions,
     })
@@ -242,7 +253,13 @@ pub fn run(
 impl Loop<'_> {
     /// One frame after the bytes are parsed. Returns the fraction of the fingertips'
     /// displacement that the object could take.
-    fn step(&mut self, sample: &HandSample, times: &mut StageTimes, clock: &mut Stopwatch) -> f64 {
+    fn step(
+        &mut self,
+        frame: usize,
+        sample: &HandSample,
+        times: &mut StageTimes,
+        clock: &mut Stopwatch,
+    ) -> f64 {
         // Hand: where the real hand is, in the object's frame.
         let palm = Rigid::from(self.model.pose(&sample.wrist, &sample.angles).palm);
         if let Some(in_palm) = &self.in_palm {
@@ -257,7 +274,7 @@ impl Loop<'_> {
         // Touch: how far the virtual hand gets, and what its fingertips meet.
         let attached = self.grasp.phase() != Phase::Free;
         let advance = if self.grasp.phase() == Phase::Deforming {
-            self.proxy.follow(self.model, target)
+            self.proxy.follow(self.model, target, self.catch_up_m)
         } else {
             let surface = self.object.surface();
             self.proxy.advance(self.model, target, surface, attached)
@@ -318,7 +335,7 @@ impl Loop<'_> {
         // Deformation.
         let mut fraction = 1.0;
         if self.grasp.phase() == Phase::Deforming {
-            fraction = self.deform(tips);
+            fraction = self.deform(frame, tips);
             times.deform = clock.lap();
             self.object.refit();
             times.refit = clock.lap();
@@ -328,26 +345,32 @@ impl Loop<'_> {
     }
 
     /// Displaces the held points with their fingertips.
-    fn deform(&mut self, tips: [DVec3; 5]) -> f64 {
+    fn deform(&mut self, frame: usize, tips: [DVec3; 5]) -> f64 {
         let holding = self.holds.map(|hold| hold.is_some());
         if holding != self.condensed {
+            self.condensed = holding;
             let contacts = self
                 .holds
                 .iter()
                 .flatten()
                 .map(|hold| {
-                    let corners = self.object.triangles()[hold.triangle as usize];
-                    let weights: [(u32, f64); 3] =
-                        std::array::from_fn(|i| (corners[i], hold.barycentric[i]));
-                    Contact::weighted(&weights).expect("barycentric coordinates sum to one")
+                    self.object
+                        .patch(hold.triangle, hold.barycentric, PATCH_RADIUS_M)
                 })
                 .collect();
-            if self.object.hold(contacts).is_err() {
-                // The fingertips that hold it do not determine the shape (they lie
-                // on one line): it keeps the shape it has until others join.
-                return 1.0;
+            let answer = self.object.hold(contacts);
+            self.held = answer.is_ok();
+            if let Err(error) = answer {
+                self.refused.push(RefusedRecord {
+                    frame,
+                    reason: error.to_string(),
+                });
             }
-            self.condensed = holding;
+        }
+        if !self.held {
+            // The fingertips do not determine the shape: it stays as it is until
+            // others take hold.
+            return 1.0;
         }
         self.tip_displacements.clear();
         for (f, hold) in self.holds.iter().enumerate() {
@@ -363,6 +386,7 @@ impl Loop<'_> {
         self.in_palm = None;
         self.holds = [None; 5];
         self.condensed = [false; 5];
+        self.held = false;
         self.object.relax();
     }
 

@@ -6,6 +6,7 @@ use fem_tet::{
     Contact, ContactSet, ElasticBody, FemError, io::ObjectFile, largest_safe_fraction,
     surface_triangles, total_volume,
 };
+use glam::DVec3;
 use spheretree::{Mesh, MeshError, SphereTree};
 
 use crate::{scene::Object, touch::Surface};
@@ -22,6 +23,7 @@ pub struct SoftBody {
     body: Arc<ElasticBody>,
     display: Vec<[u32; 3]>,
     triangles: Vec<[u32; 3]>,
+    surface_vertices: Vec<u32>,
     contacts: Option<ContactSet>,
     displacements: Vec<[f64; 3]>,
     positions: Vec<[f64; 3]>,
@@ -48,6 +50,9 @@ impl SoftBody {
     pub fn new(object: Object) -> Result<Self, SoftBodyError> {
         let ObjectFile { mesh, display } = object.file;
         let triangles = surface_triangles(mesh.tets());
+        let mut surface_vertices = triangles.as_flattened().to_vec();
+        surface_vertices.sort_unstable();
+        surface_vertices.dedup();
         let positions = mesh.positions().to_vec();
         let tree = SphereTree::build(Mesh::new(&positions, &triangles)?);
         Ok(Self {
@@ -55,6 +60,7 @@ impl SoftBody {
             body: Arc::new(ElasticBody::new(mesh, object.material)?),
             display,
             triangles,
+            surface_vertices,
             contacts: None,
             displacements: vec![[0.0; 3]; positions.len()],
             positions,
@@ -120,6 +126,36 @@ impl SoftBody {
         })
     }
 
+    /// The contact of a fingertip that presses on an area around a point of the
+    /// surface, given by its triangle and barycentric coordinates: all surface nodes
+    /// within `radius_m` of it, nearer ones more. One node alone, the thesis's choice,
+    /// would give way like a pin cushion, the more so the finer the mesh. Where no
+    /// node is that near, the corners of the triangle take their place.
+    ///
+    /// # Panics
+    ///
+    /// If the triangle does not exist.
+    #[must_use]
+    pub fn patch(&self, triangle: u32, barycentric: [f64; 3], radius_m: f64) -> Contact {
+        let rest = self.body.mesh().positions();
+        let corners = self.triangles[triangle as usize];
+        let at = |v: u32| DVec3::from_array(rest[v as usize]);
+        let point: DVec3 = (0..3).map(|i| at(corners[i]) * barycentric[i]).sum();
+        let mut weights: Vec<(u32, f64)> = self
+            .surface_vertices
+            .iter()
+            .map(|&v| {
+                let r = at(v).distance(point) / radius_m;
+                (v, (1.0 - r * r).max(0.0).powi(2))
+            })
+            .filter(|&(_, w)| w > 0.0)
+            .collect();
+        if weights.len() < 3 {
+            weights = corners.into_iter().zip(barycentric).collect();
+        }
+        Contact::weighted(&weights).expect("weights of distinct nodes, one of them positive")
+    }
+
     /// Condenses the body to these contacts.
     ///
     /// # Errors
@@ -182,13 +218,21 @@ impl SoftBody {
     }
 
     /// Keep shape ([Ma98] section 6.1.2): the deformed shape becomes the rest shape,
-    /// free of stress, and the tree is rebuilt.
+    /// free of stress, and the tree is rebuilt. Its centre of mass is where the old
+    /// one was: fingers that pushed the body aside leave a dent, not a shift.
     ///
     /// # Errors
     ///
     /// [`SoftBodyError`] if the new shape cannot be factored; nothing is changed then.
     pub fn keep_shape(&mut self) -> Result<(), SoftBodyError> {
-        self.body = Arc::new(self.body.keep_shape(&self.displacements)?);
+        let shift = centre_of_mass(&self.positions, self.body.mesh().tets())
+            - centre_of_mass(self.body.mesh().positions(), self.body.mesh().tets());
+        let centred: Vec<[f64; 3]> = self
+            .displacements
+            .iter()
+            .map(|&u| (DVec3::from_array(u) - shift).to_array())
+            .collect();
+        self.body = Arc::new(self.body.keep_shape(&centred)?);
         self.relax();
         self.tree
             .rebuild(Mesh::new(&self.positions, &self.triangles)?);
@@ -210,4 +254,16 @@ impl SoftBody {
             .fold(0.0, f64::max)
             .sqrt()
     }
+}
+
+/// Centre of mass of a body of even density.
+fn centre_of_mass(positions: &[[f64; 3]], tets: &[[u32; 4]]) -> DVec3 {
+    let (mut volume, mut moment) = (0.0, DVec3::ZERO);
+    for tet in tets {
+        let x = tet.map(|v| DVec3::from_array(positions[v as usize]));
+        let six_volume = (x[1] - x[0]).dot((x[2] - x[0]).cross(x[3] - x[0]));
+        volume += six_volume;
+        moment += six_volume * (x[0] + x[1] + x[2] + x[3]) / 4.0;
+    }
+    moment / volume
 }

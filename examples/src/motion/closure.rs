@@ -2,12 +2,21 @@
 
 use glove_io::{JointAngles, Sensor, hand::Finger};
 
-/// Closure of the five fingers, 0 open to 1 fully closed, and the roll of the
-/// thumb across the palm.
+/// Closure of the five fingers, 0 open to 1 fully closed, and how they close.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Closure {
     pub(super) fingers: [f64; 5],
+    pub(super) style: Style,
+}
+
+/// The way a hand closes, the same throughout a grasp.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Style {
+    /// Roll of the thumb across the palm.
     pub(super) thumb_roll_rad: f64,
+    /// Flexion of the fingers' middle joints when closed: small for flat fingers
+    /// against a flat side, large for fingers that curl round the object.
+    pub(super) curl_rad: f64,
 }
 
 impl Closure {
@@ -18,7 +27,7 @@ impl Closure {
         let mut angles = JointAngles::default();
         let degrees = |open: f64, closed: f64, s: f64| (open + (closed - open) * s).to_radians();
         let thumb = self.fingers[Finger::Thumb.index()];
-        angles[Sensor::ThumbRoll] = -self.thumb_roll_rad;
+        angles[Sensor::ThumbRoll] = -self.style.thumb_roll_rad;
         angles[Sensor::ThumbAbduction] = -degrees(55.0, 5.0, thumb);
         angles[Sensor::ThumbMcp] = -degrees(0.0, 45.0, thumb);
         angles[Sensor::ThumbIp] = -degrees(0.0, 55.0, thumb);
@@ -41,8 +50,8 @@ impl Closure {
             ),
         ] {
             let s = self.fingers[finger.index()];
-            angles[mcp] = -degrees(10.0, 80.0, s);
-            angles[pip] = -degrees(12.0, 80.0, s);
+            angles[mcp] = -degrees(10.0, 88.0, s);
+            angles[pip] = -degrees(12.0, self.style.curl_rad.to_degrees(), s);
             angles[dip] = angles[pip] * 2.0 / 3.0;
         }
         angles

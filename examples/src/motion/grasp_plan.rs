@@ -12,7 +12,7 @@ use glove_io::{
     hand::{FingerPose, HandModel},
 };
 
-use super::closure::Closure;
+use super::closure::{Closure, Style};
 use crate::{
     geometry::Rigid,
     touch::{FingerShapes, Surface, Touch},
@@ -23,12 +23,16 @@ use crate::{
 pub(super) struct GraspPlan {
     /// Wrist in the object's frame.
     pub(super) wrist: Rigid,
-    /// Roll of the thumb across the palm.
-    thumb_roll_rad: f64,
+    /// How good the grasp is; only to be compared.
+    pub(super) score: f64,
+    /// How the hand closes.
+    style: Style,
     /// Closure of each finger when it meets the surface.
     touch: [f64; 5],
     /// Closure per metre that the fingertip travels there.
     per_metre: [f64; 5],
+    /// Where each finger meets the surface, object frame.
+    points: [DVec3; 5],
 }
 
 /// Fingertip travel from touch to open, metres.
@@ -38,8 +42,12 @@ pub(super) const APPROACH_M: f64 = 0.13;
 
 /// Closures are tried in steps of this.
 const CLOSURE_STEP: f64 = 0.04;
+/// Least cosine between what the thumb presses against and what the fingers do.
+const LEAST_OPPOSITION: f64 = 0.3;
 /// Thumb rolls that are tried, degrees.
 const THUMB_ROLLS_DEG: [f64; 4] = [35.0, 50.0, 65.0, 80.0];
+/// Curls of the fingers that are tried, degrees.
+const CURLS_DEG: [f64; 2] = [80.0, 35.0];
 
 impl GraspPlan {
     /// Hand with every fingertip `depth_m` beyond (or, negative, before) the
@@ -49,8 +57,17 @@ impl GraspPlan {
             fingers: std::array::from_fn(|f| {
                 (self.touch[f] + depths_m[f] * self.per_metre[f]).clamp(0.0, 1.0)
             }),
-            thumb_roll_rad: self.thumb_roll_rad,
+            style: self.style,
         }
+    }
+
+    /// The least distance between a place where this grasp presses and one where the
+    /// other does, metres.
+    pub(super) fn distance_m(&self, other: &Self) -> f64 {
+        self.points
+            .iter()
+            .flat_map(|a| other.points.iter().map(|b| a.distance(*b)))
+            .fold(f64::INFINITY, f64::min)
     }
 
     /// The best grasp with the hand turned by `yaw_rad` about the vertical, palm
@@ -59,11 +76,11 @@ impl GraspPlan {
         let heights = || surface.positions.iter().map(|p| p[1]);
         let top = heights().fold(f64::NEG_INFINITY, f64::max);
         let bottom = heights().fold(f64::INFINITY, f64::min);
-        let mut best: Option<(f64, Self)> = None;
+        let mut best: Option<Self> = None;
         for tilt_deg in [-20.0_f64, 0.0, 20.0] {
             let rotation =
                 DQuat::from_rotation_y(yaw_rad) * DQuat::from_rotation_x(tilt_deg.to_radians());
-            for below in [0.014, 0.020, 0.028, 0.038, 0.050] {
+            for below in [0.014, 0.022, 0.032, 0.042, 0.052, 0.062] {
                 for forward in [0.060, 0.070, 0.080, 0.090, 0.100] {
                     for aside in [-0.012, 0.0, 0.012] {
                         // The top of the object in the palm's frame.
@@ -72,51 +89,72 @@ impl GraspPlan {
                             rotation,
                             translation: DVec3::new(0.0, top, 0.0) - palm,
                         };
-                        if let Some((score, plan)) = Self::at(hand, surface, wrist, (bottom, top))
-                            && best.is_none_or(|(best, _)| score > best)
-                        {
-                            best = Some((score, plan));
+                        for curl_deg in CURLS_DEG {
+                            let curl_rad = curl_deg.to_radians();
+                            if let Some(plan) =
+                                Self::at(hand, surface, wrist, curl_rad, (bottom, top))
+                                && best.is_none_or(|best| plan.score > best.score)
+                            {
+                                best = Some(plan);
+                            }
                         }
                     }
                 }
             }
         }
-        best.map(|(_, plan)| plan)
+        best
     }
 
     fn at(
         hand: &HandModel,
         surface: Surface<'_>,
         wrist: Rigid,
+        curl_rad: f64,
         height: (f64, f64),
-    ) -> Option<(f64, Self)> {
+    ) -> Option<Self> {
         let fingers: Vec<Meeting> = (1..5)
-            .map(|f| Meeting::find(hand, surface, wrist, f, 0.0))
+            .map(|f| {
+                let style = Style {
+                    thumb_roll_rad: 0.0,
+                    curl_rad,
+                };
+                Meeting::find(hand, surface, wrist, f, style)
+            })
             .collect::<Option<_>>()?;
         let thumb_side: DVec3 = fingers.iter().map(|m| m.normal).sum();
         let opposite = -thumb_side.try_normalize()?;
-        let (roll, thumb) = THUMB_ROLLS_DEG
+        let (style, thumb) = THUMB_ROLLS_DEG
             .iter()
             .filter_map(|roll| {
-                let roll = roll.to_radians();
-                Some((roll, Meeting::find(hand, surface, wrist, 0, roll)?))
+                let style = Style {
+                    thumb_roll_rad: roll.to_radians(),
+                    curl_rad,
+                };
+                Some((style, Meeting::find(hand, surface, wrist, 0, style)?))
             })
             .max_by(|(_, a), (_, b)| a.normal.dot(opposite).total_cmp(&b.normal.dot(opposite)))?;
+        // A thumb that presses sideways slips off once the object has changed.
+        let opposition = thumb.normal.dot(opposite);
+        if opposition < LEAST_OPPOSITION {
+            return None;
+        }
         let all = [&[thumb][..], &fingers].concat();
         let press = all.iter().map(|m| m.press).fold(f64::INFINITY, f64::min);
         let gap = all.iter().map(|m| m.gap_m).fold(0.0, f64::max);
         // Fingertips half way up the object, as far as the palm leaves room.
         let (low, high) = height;
         let middle = (low + high) / 2.0;
-        let off_m = all.iter().map(|m| (m.height_m - middle).abs()).sum::<f64>() / 5.0;
-        let score = thumb.normal.dot(opposite) + 0.7 * press - 60.0 * gap - 15.0 * off_m;
+        let off_m = all.iter().map(|m| (m.point.y - middle).abs()).sum::<f64>() / 5.0;
+        let score = opposition + 2.0 * press - 60.0 * gap - 15.0 * off_m;
         let plan = Self {
             wrist,
-            thumb_roll_rad: roll,
+            score,
+            style,
             touch: std::array::from_fn(|f| all[f].closure),
             per_metre: std::array::from_fn(|f| all[f].per_metre),
+            points: std::array::from_fn(|f| all[f].point),
         };
-        plan.way_is_free(hand, surface).then_some((score, plan))
+        plan.way_is_free(hand, surface).then_some(plan)
     }
 
     /// Whether the open hand can come down to its place.
@@ -145,8 +183,8 @@ struct Meeting {
     /// Distance between fingertip and surface; positive where the side of the last
     /// segment meets it first.
     gap_m: f64,
-    /// Height of the contact.
-    height_m: f64,
+    /// Where on the surface.
+    point: DVec3,
 }
 
 impl Meeting {
@@ -155,13 +193,13 @@ impl Meeting {
         surface: Surface<'_>,
         wrist: Rigid,
         finger: usize,
-        thumb_roll_rad: f64,
+        style: Style,
     ) -> Option<Self> {
         let wrist: Pose = wrist.into();
         let at = |s: f64| -> FingerPose {
             let closure = Closure {
                 fingers: [s; 5],
-                thumb_roll_rad,
+                style,
             };
             hand.pose(&wrist, &closure.angles()).fingers[finger]
         };
@@ -200,7 +238,7 @@ impl Meeting {
             normal,
             press,
             gap_m: -contact.depth.min(0.0),
-            height_m: contact.point[1],
+            point: DVec3::from_array(contact.point),
         })
         .filter(|meeting| meeting.press > 0.2)
     }

@@ -11,7 +11,7 @@ mod script;
 use glove_io::{JointAngles, Pose};
 
 pub use recording::{Recording, RecordingSource};
-pub use script::Script;
+pub use script::{NoGrasp, Script};
 
 /// What a real hand does at one instant.
 #[derive(Debug, Clone, Copy, PartialEq)]

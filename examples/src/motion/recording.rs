@@ -4,7 +4,7 @@
 //! plays at its own rate; the shorter one goes back and forth until the longer one
 //! ends, so that nothing jumps.
 
-use glam::{DQuat, DVec3};
+use glam::{DMat3, DQuat, DVec3};
 use glove_io::{
     JointAngles, Pose,
     hand::{Finger, HandModel},
@@ -20,6 +20,9 @@ const POSE_RATE_HZ: f64 = 100.0;
 /// Least distance of the receiver in front of the transmitter after re-centring,
 /// metres: the tracker is unambiguous in one hemisphere only.
 const CLEARANCE_M: f64 = 0.1;
+
+/// Places for the object that are worth trying.
+const VARIANTS: usize = 16;
 
 /// What was recorded; at least one of the two.
 #[derive(Debug, Clone, Default)]
@@ -40,8 +43,8 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// Moves the poses into the tracker's range and puts the object at the first of
-    /// the [`candidate_places`](Self::candidate_places).
+    /// Moves the poses into the tracker's range and puts the object where the
+    /// recorded hand likeliest meets it.
     ///
     /// Without joint angles the hand stays flat, without poses it stays in one place.
     #[must_use]
@@ -72,18 +75,23 @@ impl Recording {
         recording
     }
 
-    /// The same motion with the object in another place.
+    /// Variants with the object in other places where the recorded hand could meet
+    /// it, the likeliest first.
     #[must_use]
-    pub fn with_object_at(mut self, place: Pose) -> Self {
-        self.object_place = place;
-        self
+    pub fn variants(&self, hand: &HandModel) -> Vec<Self> {
+        self.candidate_places(hand)
+            .into_iter()
+            .take(VARIANTS)
+            .map(|object_place| Self {
+                object_place,
+                ..self.clone()
+            })
+            .collect()
     }
 
-    /// Places for the object where the recorded hand could meet it, the likeliest
-    /// first: between thumb and fingertips, at instants when the hand is closed and
+    /// Places between thumb and fingertips, at instants when the hand is closed and
     /// moves little. The first tenth of the recording is left for approaching.
-    #[must_use]
-    pub fn candidate_places(&self, hand: &HandModel) -> Vec<Pose> {
+    fn candidate_places(&self, hand: &HandModel) -> Vec<Pose> {
         let step = 1.0 / JOINT_RATE_HZ;
         let tips = |time: f64| {
             let sample = self.sample(time);
@@ -178,12 +186,8 @@ fn bracket(position: f64, count: usize) -> (usize, usize, f64) {
 /// the hand makes the palm face what it reaches for.
 fn recentred(poses: &[Pose]) -> Vec<Rigid> {
     let upright = DQuat::from_rotation_x(-std::f64::consts::FRAC_PI_2);
-    // Receiver axes (x forward, y right, z down) in the hand's (x right, y up, −z forward).
-    let mounting = DQuat::from_mat3(&glam::DMat3::from_cols(
-        DVec3::Y,
-        DVec3::NEG_Z,
-        DVec3::NEG_X,
-    ));
+    // The hand's axes (x right, y up, z back) in the receiver's (x forward, y left, z up).
+    let mounting = DQuat::from_mat3(&DMat3::from_cols(DVec3::NEG_Y, DVec3::Z, DVec3::NEG_X));
     let mut turned: Vec<Rigid> = poses
         .iter()
         .map(|&pose| {

@@ -53,20 +53,38 @@ pub struct Script {
 pub struct NoGrasp;
 
 impl Script {
-    /// Plans both grasps of the object whose rest surface is given.
+    /// Variants of the script for an object whose rest surface is given: the same
+    /// first grasp, and second grasps from different sides, the most promising first.
     ///
     /// # Errors
     ///
     /// [`NoGrasp`] if the object is too large, too small or too oddly shaped.
-    pub fn new(hand: &HandModel, surface: Surface<'_>, seed: u64) -> Result<Self, NoGrasp> {
-        let mut random = SplitMix64::new(seed);
-        let turns = [0.0_f64, 90.0, 180.0, -90.0, 135.0, 45.0, -45.0];
-        let mut plans = turns
-            .iter()
-            .filter_map(|turn| GraspPlan::find(hand, surface, turn.to_radians()));
-        let first = plans.next().ok_or(NoGrasp)?;
-        let grasps = [first, plans.next().ok_or(NoGrasp)?];
+    pub fn variants(
+        hand: &HandModel,
+        surface: Surface<'_>,
+        seed: u64,
+    ) -> Result<Vec<Self>, NoGrasp> {
+        let plan = |turn_deg: f64| GraspPlan::find(hand, surface, turn_deg.to_radians());
+        let first = plan(0.0).or_else(|| plan(90.0)).ok_or(NoGrasp)?;
+        let mut seconds: Vec<GraspPlan> = [90.0, 180.0, -90.0, 135.0, -135.0]
+            .into_iter()
+            .filter_map(plan)
+            .collect();
+        // Away from the dents of the first grasp is better: a centimetre is worth a
+        // tenth of a score of about two.
+        let promise = |plan: &GraspPlan| plan.score + 10.0 * plan.distance_m(&first);
+        seconds.sort_by(|a, b| promise(b).total_cmp(&promise(a)));
+        if seconds.is_empty() {
+            return Err(NoGrasp);
+        }
+        Ok(seconds
+            .into_iter()
+            .map(|second| Self::new([first, second], seed))
+            .collect())
+    }
 
+    fn new(grasps: [GraspPlan; 2], seed: u64) -> Self {
+        let mut random = SplitMix64::new(seed);
         let at = |grasp: usize, up_m: f64| {
             let mut wrist = grasps[grasp].wrist;
             wrist.translation += PLACE_M + DVec3::Y * up_m;
@@ -87,32 +105,32 @@ impl Script {
         add(0.0, 0, APPROACH_M, open, 0.0);
         add(0.3, 0, APPROACH_M, open, 0.0);
         add(1.3, 0, 0.0, open, 0.0);
-        add(2.3, 0, 0.0, 3.0, 10.0);
-        add(2.6, 0, 0.0, 3.0, 10.0);
-        add(3.3, 0, LIFT_M, 3.0, 10.0);
-        add(3.8, 0, LIFT_M, 3.0, 0.0);
+        add(2.3, 0, 0.0, 2.5, 10.0);
+        add(2.6, 0, 0.0, 2.5, 10.0);
+        add(3.3, 0, LIFT_M, 2.5, 10.0);
+        add(3.8, 0, LIFT_M, 2.5, 0.0);
         // Squeeze: small, medium, large.
-        add(4.2, 0, LIFT_M, 5.0, 0.0);
-        add(4.8, 0, LIFT_M, 5.0, 0.0);
-        add(5.2, 0, LIFT_M, 8.0, 0.0);
-        add(5.8, 0, LIFT_M, 8.0, 0.0);
-        add(6.3, 0, LIFT_M, 12.0, 0.0);
-        add(7.0, 0, LIFT_M, 12.0, 0.0);
+        add(4.2, 0, LIFT_M, 4.0, 0.0);
+        add(4.8, 0, LIFT_M, 4.0, 0.0);
+        add(5.2, 0, LIFT_M, 6.5, 0.0);
+        add(5.8, 0, LIFT_M, 6.5, 0.0);
+        add(6.3, 0, LIFT_M, 9.5, 0.0);
+        add(7.0, 0, LIFT_M, 9.5, 0.0);
         // Release; the object springs back and stays where it is.
         add(7.8, 0, LIFT_M, -12.0, 0.0);
         add(8.3, 0, LIFT_M, -12.0, 0.0);
         // Take it again, squeeze, press the switch: keep shape.
-        add(9.2, 0, LIFT_M, 3.0, 0.0);
-        add(9.8, 0, LIFT_M, 11.0, 0.0);
-        add(10.6, 0, LIFT_M, 11.0, 0.0);
+        add(9.2, 0, LIFT_M, 2.5, 0.0);
+        add(9.8, 0, LIFT_M, 9.0, 0.0);
+        add(10.6, 0, LIFT_M, 9.0, 0.0);
         add(11.2, 0, LIFT_M, open, 0.0);
         add(11.8, 0, APPROACH_M, open, 0.0);
         // From another side; the surface may now lie deeper than it was planned for.
         add(13.2, 1, APPROACH_M, open, 0.0);
         add(14.2, 1, 0.0, open, 0.0);
-        add(15.4, 1, 0.0, 9.0, 0.0);
-        add(16.2, 1, 0.0, 14.0, 0.0);
-        add(17.0, 1, 0.0, 14.0, 0.0);
+        add(15.4, 1, 0.0, 8.0, 0.0);
+        add(16.2, 1, 0.0, 12.5, 0.0);
+        add(17.0, 1, 0.0, 12.5, 0.0);
         add(17.8, 1, 0.0, -12.0, 0.0);
         add(18.0, 1, 0.0, -12.0, 0.0);
         let key_moments = [
@@ -127,7 +145,7 @@ impl Script {
         ]
         .map(|(time_s, name)| KeyMoment { time_s, name })
         .to_vec();
-        Ok(Self {
+        Self {
             grasps,
             keyframes,
             key_moments,
@@ -135,7 +153,7 @@ impl Script {
             bias_m: std::array::from_fn(|_| 4e-4 * random.signed()),
             finger_tremor: std::array::from_fn(|_| Tremor::new(&mut random, 3e-4)),
             wrist_tremor: std::array::from_fn(|_| Tremor::new(&mut random, 3e-4)),
-        })
+        }
     }
 }
 

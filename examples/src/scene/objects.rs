@@ -19,7 +19,7 @@ pub enum ObjectKind {
     Cube,
     /// 6.4 cm across.
     Ball,
-    /// 6 cm wide, 7 cm tall, pointed below.
+    /// 7 cm wide, 7 cm tall, pointed below.
     Strawberry,
     /// 13 cm long with a round cap and a crimped end, lying along x.
     Tube,
@@ -208,7 +208,7 @@ fn rounded(cube: DVec3) -> DVec3 {
 
 /// A unit ball to a strawberry: wide shoulders, a point below, a dent at the stalk.
 fn strawberry(p: DVec3) -> DVec3 {
-    let width = 0.027 * (1.0 + 0.28 * p.y - 0.10 * p.y * p.y);
+    let width = 0.030 * (1.0 + 0.28 * p.y - 0.10 * p.y * p.y);
     let around = p.x * p.x + p.z * p.z;
     let dent = 0.006 * (-6.0 * around).exp() * p.y.max(0.0).powi(2);
     DVec3::new(p.x * width, p.y * 0.036 - dent, p.z * width)

@@ -10,16 +10,17 @@ use std::{
     io::IsTerminal as _,
     path::{Path, PathBuf},
     process::ExitCode,
+    time::Instant,
 };
 
 use clap::Parser as _;
 use cli::Cli;
 use examples::{
     moments::Moments,
-    motion::{Motion, Recording, RecordingSource, Script},
+    motion::{Motion, NoGrasp, Recording, RecordingSource, Script},
     output::OutputFolder,
     picture::contact_sheet,
-    placement::place,
+    rehearsal,
     report::Report,
     scene::Object,
     session::{self, SessionOptions},
@@ -57,30 +58,39 @@ fn run(cli: &Cli) -> Result<(), Error> {
             .build_global()?;
     }
     let model = HandModel::average_right();
+    let power_up = Instant::now();
     let object =
         SoftBody::new(load_object(cli)?).map_err(|error| format!("{}: {error}", cli.object))?;
+    let set_up = power_up.elapsed();
     let recording = load_recording(cli)?;
     let mut out = OutputFolder::create(&cli.out).map_err(|e| at_path(&cli.out, &e))?;
 
     // The motion, and how many frames of which length it takes.
-    let (motion, mut options): (Box<dyn Motion>, SessionOptions) = match recording {
+    let no_grasp = |error: &dyn std::fmt::Display| format!("{}: {error}", cli.object);
+    let (motion, options): (Option<Box<dyn Motion>>, SessionOptions) = match recording {
         Some(source) => {
             let recording = Recording::new(source, &model);
             let frame_s = 1.0 / RECORDING_HZ;
             let options = cli.session(whole(recording.duration_s() / frame_s) + 1, frame_s);
-            let placed = place(recording, &model, &object, &options)?;
-            (Box::new(placed), options)
+            let variants = recording.variants(&model);
+            let placed = rehearsal::best(variants, &model, &object, &options)?;
+            (placed.map(|m| Box::new(m) as _), options)
         }
         None => {
-            let script = Script::new(&model, object.surface(), cli.seed)
-                .map_err(|error| format!("{}: {error}", cli.object))?;
-            let options = cli.session(cli::SCRIPT_FRAMES, 0.0);
+            let variants = Script::variants(&model, object.surface(), cli.seed)
+                .map_err(|error| no_grasp(&error))?;
             // The script is told in as many frames as there are.
-            let frame_s = script.duration_s() / options.frames as f64;
-            (Box::new(script), SessionOptions { frame_s, ..options })
+            let options = cli.session(cli::SCRIPT_FRAMES, 0.0);
+            let duration_s = variants.first().map_or(0.0, Motion::duration_s);
+            let options = SessionOptions {
+                frame_s: duration_s / options.frames as f64,
+                ..options
+            };
+            let chosen = rehearsal::best(variants, &model, &object, &options)?;
+            (chosen.map(|m| Box::new(m) as _), options)
         }
     };
-    options.fault = cli.fault;
+    let motion = motion.ok_or_else(|| no_grasp(&NoGrasp))?;
 
     let initial_volume_m3 = object.volume_m3();
     let display = object.display().to_vec();
@@ -114,7 +124,7 @@ fn run(cli: &Cli) -> Result<(), Error> {
 
     let scripted = cli.joints.is_none() && cli.pose.is_none();
     let seed = scripted.then_some(cli.seed);
-    let report = Report::new(&outcome, seed, options.frame_s, initial_volume_m3);
+    let report = Report::new(&outcome, seed, options.frame_s, initial_volume_m3, set_up);
     let json = serde_json::to_string_pretty(&report)? + "\n";
     let mut png = Vec::new();
     contact_sheet(
