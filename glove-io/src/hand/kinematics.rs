@@ -80,8 +80,8 @@ pub struct HandPose {
 /// let hand = HandModel::average_right();
 /// let flat = hand.pose(&Pose::IDENTITY, &JointAngles::default());
 /// let middle = flat.fingers[Finger::Middle.index()];
-/// // Stretched out, the middle finger reaches 19 cm forward of the wrist.
-/// assert!((middle.points_m[3][2] + 0.194).abs() < 0.005);
+/// // Stretched out, the middle finger reaches 19.4 cm forward of the wrist.
+/// assert!((middle.points_m[3][2] + 0.194).abs() < 0.0005);
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct HandModel {
@@ -90,7 +90,7 @@ pub struct HandModel {
 
 impl HandModel {
     /// An average adult right hand (see the [module's references](super)),
-    /// 0.198 m from the wrist to the tip of the middle finger.
+    /// 0.194 m from the wrist to the tip of the middle finger.
     #[must_use]
     pub fn average_right() -> Self {
         Self { scale: 1.0 }
@@ -159,12 +159,12 @@ impl HandModel {
             rotation: palm.rotation * turn(-bones.metacarpal_fan_rad, arch),
         };
         let [proximal, intermediate, distal] = bones.phalanges_m;
+        // The knuckle turns with its metacarpal: an arched palm bends no knuckle.
         let first = Joint {
             position: metacarpal.along(bones.metacarpal_m * self.scale),
-            rotation: palm.rotation
-                * turn(0.0, arch)
+            rotation: metacarpal.rotation
                 * turn(
-                    spread - bones.finger_fan_rad,
+                    bones.metacarpal_fan_rad - bones.finger_fan_rad + spread,
                     limited(mcp, &limits::MCP_FLEXION),
                 ),
         };

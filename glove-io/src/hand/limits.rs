@@ -1,4 +1,5 @@
-//! Ranges of motion ([AAOS](super#references)), radians, flexion positive.
+//! Ranges of motion (\[AAOS\], see [the module's references](super#references)),
+//! radians, flexion positive.
 //!
 //! Sensors and their calibration err; a joint never bends further than these.
 

@@ -32,9 +32,9 @@ pub(super) struct ThumbBones {
     pub(super) radii_m: [f64; 3],
 }
 
-/// Lengths from [BK10](super#references). The bases of the fingers are not in that
+/// Lengths from \[BK10\] (see the [references](super#references)). The bases of the fingers are not in that
 /// source: they are a fan whose wrist-to-tip distances come within 5 mm of the
-/// male means of [Gre91](super#references). Radii are our choice, a little below
+/// male means of \[Gre91\]. Radii are our choice, a little below
 /// half of Greiner's joint breadths because a finger is flatter than it is wide.
 pub(super) const FINGERS: [FingerBones; 4] = [
     FingerBones {

@@ -7,7 +7,7 @@ mod cli;
 
 use std::{
     fs,
-    io::IsTerminal as _,
+    io::{IsTerminal as _, Write as _},
     path::{Path, PathBuf},
     process::ExitCode,
     time::Instant,
@@ -150,18 +150,20 @@ fn run(cli: &Cli) -> Result<(), Error> {
     }
     let written = out.commit().map_err(|e| at_path(&cli.out, &e))?;
 
-    if cli.json {
-        print!("{json}");
-    } else {
-        print!("{}", report.table());
+    let mut text = if cli.json { json } else { report.table() };
+    if !cli.json {
         for path in written
             .iter()
             .filter(|p| p.extension() != Some("vtu".as_ref()))
         {
-            println!("wrote {}", path.display());
+            text += &format!("wrote {}\n", path.display());
         }
     }
-    Ok(())
+    match std::io::stdout().write_all(text.as_bytes()) {
+        // Whoever reads has seen enough, as in `glove-loop | head`.
+        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
+        answer => Ok(answer?),
+    }
 }
 
 fn load_object(cli: &Cli) -> Result<Object, Error> {
