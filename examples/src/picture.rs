@@ -22,16 +22,16 @@ const FOREARM_RADIUS_M: f64 = 0.024;
 /// Draws all snapshots with one colour scale, one panel each, on as many threads as
 /// the current rayon pool has.
 #[must_use]
-pub fn contact_sheet(
-    title: &str,
-    snapshots: &[Snapshot],
-    triangles: &[[u32; 3]],
-    ground_m: f64,
-) -> Image {
+pub fn contact_sheet(title: &str, snapshots: &[Snapshot], triangles: &[[u32; 3]]) -> Image {
     let largest = snapshots
         .iter()
         .flat_map(|s| &s.displacement_m)
         .fold(0.0, |m: f64, &d| m.max(d));
+    // The ground lies where the object gets to at its lowest.
+    let ground_m = snapshots
+        .iter()
+        .flat_map(|s| &s.positions)
+        .fold(f64::INFINITY, |low, p| low.min(p[1]));
     // A millimetre at least: rounding is not a colour.
     let scale_m = largest.max(1e-3);
     let panels = snapshots

@@ -100,13 +100,12 @@ impl HandModel {
     ///
     /// # Panics
     ///
-    /// Unless `factor` is positive and finite.
+    /// Unless `factor`, and the hand's scale after it, are positive and finite.
     #[must_use]
     pub fn scaled_by(self, factor: f64) -> Self {
-        assert!(factor > 0.0 && factor.is_finite(), "scale factor {factor}");
-        Self {
-            scale: self.scale * factor,
-        }
+        let scale = self.scale * factor;
+        assert!(scale > 0.0 && scale.is_finite(), "scale factor {factor}");
+        Self { scale }
     }
 
     /// Where the hand is, from the pose of the tracker's receiver on the wrist and

@@ -32,10 +32,11 @@ pub(super) struct ThumbBones {
     pub(super) radii_m: [f64; 3],
 }
 
-/// Lengths from \[BK10\] (see the [references](super#references)). The bases of the fingers are not in that
-/// source: they are a fan whose wrist-to-tip distances come within 5 mm of the
-/// male means of \[Gre91\]. Radii are our choice, a little below
-/// half of Greiner's joint breadths because a finger is flatter than it is wide.
+/// Lengths from \[BK10\] (see the [references](super#references)). The bases of the
+/// fingers are not in that source: they are a fan whose wrist-to-tip distances, all
+/// angles zero, come within 5 mm of the male means of \[Gre91\]. Radii are our
+/// choice, a little below half of Greiner's joint breadths because a finger is
+/// flatter than it is wide.
 pub(super) const FINGERS: [FingerBones; 4] = [
     FingerBones {
         base_m: [-0.016, 0.0, -0.035],
@@ -75,9 +76,9 @@ pub(super) const FINGERS: [FingerBones; 4] = [
     },
 ];
 
-/// See [`FINGERS`] for the sources.
+/// Sources and placement as for [`FINGERS`].
 pub(super) const THUMB: ThumbBones = ThumbBones {
-    base_m: [-0.024, -0.008, -0.021],
+    base_m: [-0.024, -0.008, -0.025],
     rest_abduction_rad: 0.15,
     bones_m: [0.046_22, 0.031_57, 0.021_67],
     tip_tissue_m: 0.005_67,

@@ -95,12 +95,6 @@ fn run(cli: &Cli) -> Result<(), Error> {
     let initial_volume_m3 = object.volume_m3();
     let display = object.display().to_vec();
     let tets = object.body().mesh().tets().to_vec();
-    let lowest = object
-        .positions()
-        .iter()
-        .map(|p| p[1])
-        .fold(f64::INFINITY, f64::min);
-    let ground_m = motion.object_place().position_m[1] + lowest;
 
     let progress = progress_bar(options.frames);
     let mut moments = Moments::new(motion.key_moments(), options.frames, options.frame_s);
@@ -131,7 +125,6 @@ fn run(cli: &Cli) -> Result<(), Error> {
         &format!("{}, {} nodes", report.object.name, report.object.nodes),
         &moments.into_snapshots(),
         &display,
-        ground_m,
     )
     .write_png(&mut png)?;
     let object_text = outcome.object.to_file()?.to_text();
