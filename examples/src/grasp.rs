@@ -1,6 +1,6 @@
 //! The grasp: a pure function of what the fingers do.
 //!
-//! [Ma98] (section 4.5) attaches the rigid object to the palm when index, middle and
+//! \[Ma98\] (section 4.5) attaches the rigid object to the palm when index, middle and
 //! ring finger collide with it in the same frame, looks up thumb and little finger
 //! afterwards, and starts the elastic analysis when five fingertips hold it. It
 //! gives no rule for letting go. Ours: a finger lets go when it has opened by more

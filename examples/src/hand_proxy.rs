@@ -1,6 +1,6 @@
 //! The virtual hand: the real hand, except that it does not enter the object.
 //!
-//! While the object is rigid, [Ma98] (section 4.5.3) recalls the last free position
+//! While the object is rigid, \[Ma98\] (section 4.5.3) recalls the last free position
 //! of a finger that would penetrate it. Here the last free position is found along
 //! the way from the last frame to this one, to a hundredth of a millimetre, so
 //! that a fast finger neither jumps through a thin object nor stops far in front

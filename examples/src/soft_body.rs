@@ -217,7 +217,7 @@ impl SoftBody {
         self.refit();
     }
 
-    /// Keep shape ([Ma98] section 6.1.2): the deformed shape becomes the rest shape,
+    /// Keep shape (\[Ma98\] section 6.1.2): the deformed shape becomes the rest shape,
     /// free of stress, and the tree is rebuilt. Its centre of mass is where the old
     /// one was: fingers that pushed the body aside leave a dent, not a shift.
     ///

@@ -1,6 +1,6 @@
 //! Collision of the hand with an object's surface.
 //!
-//! [Ma98] (section 4.4.1) approximates the finger segments by cylinders and the
+//! \[Ma98\] (section 4.4.1) approximates the finger segments by cylinders and the
 //! fingertips by spheres; the palm takes no part. Everything here happens in the
 //! object's own frame: the hand is brought there, the surface stays.
 

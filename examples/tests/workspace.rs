@@ -24,5 +24,9 @@ fn no_library_depends_on_another() {
             assert!(!LIBRARIES.contains(&on), "{name} depends on {on}");
         }
     }
-    assert_eq!(seen, LIBRARIES.len(), "all four libraries are in the workspace");
+    assert_eq!(
+        seen,
+        LIBRARIES.len(),
+        "all four libraries are in the workspace"
+    );
 }

@@ -11,7 +11,8 @@ use crate::{
 
 /// Smallest Cholesky pivot, relative to the diagonal, of a body that is no
 /// mechanism. Parts joined by an edge or a vertex leave pivots of rounding size
-/// (1e-12 and below); sound meshes stay above 1e-5.
+/// (1e-12 and below); cubes of 27 to 3 375 nodes gave 5e-3 and more up to ν = 0.49,
+/// a rod thirty times as long as thick 2e-4.
 const MECHANISM_PIVOT: f64 = 1e-9;
 
 /// A free-floating elastic body, ready to be held by contacts.
@@ -87,7 +88,7 @@ impl ElasticBody {
     }
 
     /// A body whose rest shape is this one's deformed shape ("keep shape",
-    /// [Ma98] section 6.1.2): same elements and material, free of stress.
+    /// \[Ma98\] section 6.1.2): same elements and material, free of stress.
     ///
     /// | argument | shape | unit |
     /// |---|---|---|

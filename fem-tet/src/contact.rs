@@ -1,12 +1,12 @@
 //! Condensation to a set of contacts.
 //!
 //! With the contact unknowns `k` and all others `u`, [Ma98](crate#references)
-//! (eqs. 3.41–3.43) partitions `K q = F`, `F_u = 0`, and finds
-//! `Q_u = −K₁₁⁻¹ K₁₂ Q_k` and `F_k = K₂₁ Q_u + K₂₂ Q_k`, inverting `K₁₁` anew for
-//! every contact set. Here both maps come from the one factor of the body: with
-//! `B` the inverse of `K` without its six isostatic supports, `R` the rigid
-//! motions and the columns of `E` the weights of the contacts (a unit vector for
-//! a contact at a node),
+//! (eqs. 3.41–3.43) partitions `K q = F`, no force acting but at the contacts, and
+//! finds `Q_u = −K₁₁⁻¹ K₁₂ Q_k` and the forces `F_u = K₂₁ Q_u + K₂₂ Q_k` that are
+//! unknown at the contacts, inverting `K₁₁` anew for every contact set. Here both
+//! maps come from the one factor of the body: with `B` the inverse of `K` without
+//! its six isostatic supports, `R` the rigid motions and the columns of `E` the
+//! weights of the contacts (a unit vector for a contact at a node),
 //!
 //! ```text
 //! u = B E λ + R α,    Eᵀ u = d,    Rᵀ E λ = 0
@@ -16,7 +16,7 @@
 //!
 //! The contact forces `λ` are in equilibrium, so the supports carry nothing and
 //! `K u = E λ` holds in every row: the contacts go where they are told, nothing
-//! else is loaded, and for contacts at nodes `λ = F_k`. The term `w R_C R_Cᵀ` (any
+//! else is loaded, and for contacts at nodes `λ = F_u`. The term `w R_C R_Cᵀ` (any
 //! `w > 0`; here the mean diagonal of `Eᵀ B E`) does not change the solution, since
 //! `R_Cᵀ λ = 0`, but keeps `G` positive definite when contacts lie on the supports,
 //! where `B` is zero.
@@ -26,13 +26,13 @@ use nalgebra::{Cholesky, DMatrix};
 use crate::{ElasticBody, FemError, FreeMotion};
 
 /// Singular values of `R_C` below this fraction of the largest mean that the
-/// contacts leave a rigid motion free. Well-placed contacts give 0.05 to 1; exact
-/// collinearity gives rounding size, 1e-15.
+/// contacts leave a rigid motion free. Random contacts on cubes and rods give 0.01 to
+/// 0.6; exact collinearity gives rounding size, 1e-15.
 const FREE_MOTION: f64 = 1e-6;
 
 /// Cholesky pivots of `G` below this fraction of its diagonal mean that a contact
-/// prescribes what others already determine. Distinct nodes of sound meshes stay
-/// above 1e-4; twice the same node gives rounding size.
+/// prescribes what others already determine. Random and neighbouring nodes of cubes
+/// and rods stay above 1e-3; twice the same place gives rounding size.
 const DEPENDENT_PIVOT: f64 = 1e-9;
 
 /// A place of a body whose displacement is prescribed: a weighted mean of nodes.
@@ -201,7 +201,7 @@ impl ContactSet {
         self.multiply(&self.displacement_map, contact_displacements, out);
     }
 
-    /// Forces that must act on the contacts to displace them so: `F_k`. They sum to
+    /// Forces that must act on the contacts to displace them so: `F_u`. They sum to
     /// zero, and so do their moments.
     ///
     /// | argument | shape | unit |

@@ -7,7 +7,7 @@ use crate::Material;
 /// The 4 × 4 blocks, each 3 × 3, of an element's stiffness matrix.
 pub(crate) type ElementStiffness = [[[[f64; 3]; 3]; 4]; 4];
 
-/// `Kᵉ = ∫ Bᵀ D B dV = V Bᵀ D B` ([Ma98] eqs. 3.15–3.34), newton per metre.
+/// `Kᵉ = ∫ Bᵀ D B dV = V Bᵀ D B` (\[Ma98\] eqs. 3.15, 3.30, 3.32), newton per metre.
 ///
 /// With constant shape-function gradients `gₐ`, block (a, b) of the product is
 /// `V (λ gₐ g_bᵀ + μ g_b gₐᵀ + μ (gₐ·g_b) I)`, which needs neither `B` nor `D`.
@@ -48,7 +48,7 @@ mod tests {
 
     use super::*;
 
-    /// `V Bᵀ D B` with the thesis's matrices written out ([Ma98] eqs. 3.15, 3.24),
+    /// `V Bᵀ D B` with the thesis's matrices written out (\[Ma98\] eqs. 3.15, 3.30),
     /// an independent formulation.
     fn stiffness_by_matrices(x: &[DVec3; 4], material: &Material) -> SMatrix<f64, 12, 12> {
         let nu = material.poissons_ratio();

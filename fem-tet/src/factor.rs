@@ -97,9 +97,8 @@ impl SparseCholesky {
     }
 
     /// The unknown with the smallest pivot `L_kk²` relative to its diagonal entry
-    /// `A_kk`, and that ratio. Rounding leaves a singular matrix pivots near 1e-12
-    /// where a well-posed elastic body has above 1e-5, so this tells what
-    /// "the factorisation succeeded" does not.
+    /// `A_kk`, and that ratio. Rounding leaves a singular matrix with pivots near 1e-12,
+    /// so this tells what "the factorisation succeeded" does not.
     pub(crate) fn smallest_pivot(&self) -> (usize, f64) {
         let forward = self.symbolic.perm().map(|perm| perm.arrays().0);
         let original = |k: usize| forward.map_or(k, |forward| forward[k]);

@@ -18,7 +18,7 @@
 //!
 //! Nothing needs to be clamped: a body held by three or more nodes that are not
 //! on one line is fully determined, and that free-floating case is the normal one
-//! ([Ma98] attaches the object to the palm and displaces five fingertips).
+//! (\[Ma98\] attaches the object to the palm and displaces five fingertips).
 //!
 //! # Conventions
 //!
@@ -51,10 +51,10 @@
 //!
 //! # References
 //!
-//! * [Ma98] Ma Mun Chung, *Interacting with a virtually deformable object using an
+//! * \[Ma98\] Ma Mun Chung, *Interacting with a virtually deformable object using an
 //!   instrumented glove*, M.Phil. thesis, The Chinese University of Hong Kong,
 //!   1998, chapters 3 and 6.
-//! * [JP99] D. James, D. Pai, *`ArtDefo`: accurate real time deformable objects*,
+//! * \[JP99\] D. James, D. Pai, *`ArtDefo`: accurate real time deformable objects*,
 //!   SIGGRAPH 1999: the capacitance matrix for changing contacts.
 
 mod assembly;

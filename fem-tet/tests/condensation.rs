@@ -53,7 +53,7 @@ fn dense_stiffness(mesh: &TetMesh, material: Material) -> DMatrix<f64> {
     k
 }
 
-/// `Q_u = −K₁₁⁻¹ K₁₂ Q_k` and `F_k = K₂₁ Q_u + K₂₂ Q_k` by dense LU.
+/// `Q_u = −K₁₁⁻¹ K₁₂ Q_k` and `F_u = K₂₁ Q_u + K₂₂ Q_k` by dense LU.
 fn thesis_solve(k: &DMatrix<f64>, nodes: &[u32], d: &[[f64; 3]]) -> (Vec<[f64; 3]>, Vec<[f64; 3]>) {
     let known: Vec<usize> = nodes
         .iter()

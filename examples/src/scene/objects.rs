@@ -1,6 +1,6 @@
 //! The thesis's four objects, built to a chosen resolution, and objects from files.
 //!
-//! [Ma98] (section 6.2) squeezes a cube, a ball, a strawberry and a tube of
+//! \[Ma98\] (section 6.2) squeezes a cube, a ball, a strawberry and a tube of
 //! toothpaste. Round bodies are an inner block wrapped in layers ("O-grid"): a
 //! cube whose edges were bent onto a sphere would leave flat tetrahedra along them.
 

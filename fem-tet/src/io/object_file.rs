@@ -1,6 +1,6 @@
 //! The thesis's object file: vertices, elements, display list.
 //!
-//! [Ma98] (section 3.5.1, Table 3.1) keeps a virtual object as three lists,
+//! \[Ma98\] (section 3.5.1, Table 3.1) keeps a virtual object as three lists,
 //! `N × 3` vertex coordinates, `M × 4` element nodes and `P × 3` display triangles,
 //! and saves them as text, but does not print the syntax. Ours is
 //!

@@ -63,7 +63,7 @@ impl FingerPose {
 pub struct HandPose {
     /// The wrist, after the wrist joint's own rotation: the frame of the palm.
     pub palm: Pose,
-    /// The fingers, in the order of [`Finger::ALL`].
+    /// The fingers, in the order of [`Finger::ALL`](super::Finger::ALL).
     pub fingers: [FingerPose; 5],
     /// Bases of the metacarpals of index, middle, ring and little finger, world
     /// frame, metres: with the first points of the fingers they outline the palm.
