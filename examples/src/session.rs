@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use glove_io::{
     Calibration,
     hand::{HandModel, HandPose},
@@ -19,9 +19,12 @@ use crate::{
     touch::{FingerShapes, Touch},
 };
 
-/// Speed at which fingers catch up with the real hand once the object gives way,
-/// metres per second; a quick squeeze is slower than this.
+/// Speed at which the virtual hand catches up with the real one when the object no
+/// longer holds it back, metres per second; a quick squeeze is slower than this.
 const CATCH_UP_M_PER_S: f64 = 0.25;
+
+/// Length over which a turn of the hand moves its fingers, metres.
+const HAND_M: f64 = 0.2;
 
 /// Radius of the area on which a fingertip presses, metres.
 const PATCH_RADIUS_M: f64 = 0.012;
@@ -127,6 +130,8 @@ struct Loop<'a> {
     pose: Rigid,
     /// The object's pose relative to the palm, while it is attached.
     in_palm: Option<Rigid>,
+    /// The virtual wrist in the frame of the real one, while the object is attached.
+    lag: Rigid,
     proxy: HandProxy,
     grasp: Grasp,
     holds: [Option<Hold>; 5],
@@ -169,6 +174,7 @@ pub fn run(
         place,
         pose: place,
         in_palm: None,
+        lag: Rigid::IDENTITY,
         proxy: HandProxy::default(),
         grasp: Grasp::default(),
         holds: [None; 5],
@@ -261,12 +267,14 @@ impl Loop<'_> {
         clock: &mut Stopwatch,
     ) -> f64 {
         // Hand: where the real hand is, in the object's frame.
-        let palm = Rigid::from(self.model.pose(&sample.wrist, &sample.angles).palm);
+        self.lag = self.catch_up(self.lag);
+        let wrist = Rigid::from(sample.wrist).after(&self.lag);
+        let palm = Rigid::from(self.model.pose(&wrist.into(), &sample.angles).palm);
         if let Some(in_palm) = &self.in_palm {
             self.pose = palm.after(in_palm);
         }
         let target = Posture {
-            wrist: self.pose.inverse().after(&sample.wrist.into()),
+            wrist: self.pose.inverse().after(&wrist),
             angles: sample.angles,
         };
         times.hand = clock.lap();
@@ -322,9 +330,12 @@ impl Loop<'_> {
         }
         let now_attached = self.grasp.phase() != Phase::Free;
         if now_attached && !attached {
-            // The palm of the virtual hand: the real one may have been blocked.
+            // To the palm of the virtual hand, which the object may have held back: from
+            // here on both catch up with the real one.
             let virtual_palm = self.pose.after(&advance.hand.palm.into());
             self.in_palm = Some(virtual_palm.inverse().after(&self.pose));
+            let virtual_wrist = self.pose.after(&advance.posture.wrist);
+            self.lag = Rigid::from(sample.wrist).inverse().after(&virtual_wrist);
         } else if !now_attached && attached {
             self.let_go();
         }
@@ -342,6 +353,16 @@ impl Loop<'_> {
         }
         self.hand = in_world(self.model, &self.pose, &advance.posture);
         fraction
+    }
+
+    /// A lag one frame later: shorter by the catch-up speed.
+    fn catch_up(&self, lag: Rigid) -> Rigid {
+        let length_m =
+            lag.translation.length() + HAND_M * lag.rotation.angle_between(DQuat::IDENTITY);
+        if length_m <= self.catch_up_m {
+            return Rigid::IDENTITY;
+        }
+        lag.interpolate(&Rigid::IDENTITY, self.catch_up_m / length_m)
     }
 
     /// Displaces the held points with their fingertips.
@@ -384,6 +405,7 @@ impl Loop<'_> {
     /// The object stays where it is, springs back, and is rigid again.
     fn let_go(&mut self) {
         self.in_palm = None;
+        self.lag = Rigid::IDENTITY;
         self.holds = [None; 5];
         self.condensed = [false; 5];
         self.held = false;

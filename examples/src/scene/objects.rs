@@ -7,7 +7,7 @@
 use std::fmt;
 
 use fem_tet::{Material, MeshError, TetMesh, io::ObjectFile};
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
 use super::hex::HexMesh;
 
@@ -154,15 +154,7 @@ fn ball(resolution: Resolution, shape: impl Fn(DVec3) -> DVec3) -> Result<TetMes
     let (n, layers) = (resolution.share(0.6), resolution.share(0.4));
     let position = |[i, j, k, layer]: [u32; 4]| {
         let cube = DVec3::from([i, j, k].map(|c| f64::from(c) / f64::from(n) * 2.0 - 1.0));
-        let inner = rounded(cube) * 0.42;
-        // Equal angles rather than equal steps spread the cells over the sphere.
-        let outer = (cube * std::f64::consts::FRAC_PI_4).map(f64::tan);
-        let t = f64::from(layer) / f64::from(layers);
-        let point = if layer == 0 {
-            inner
-        } else {
-            inner.lerp(outer.normalize(), t)
-        };
+        let point = wrapped(cube, 0.42, f64::from(layer) / f64::from(layers));
         shape(point).to_array()
     };
     let mut mesh = HexMesh::default();
@@ -195,15 +187,19 @@ fn ball(resolution: Resolution, shape: impl Fn(DVec3) -> DVec3) -> Result<TetMes
     mesh.into_tets()
 }
 
-/// Draws the corners of a cube a little towards its sphere, so that the cells at
-/// its edges keep open angles.
-fn rounded(cube: DVec3) -> DVec3 {
-    let length = cube.length();
-    if length > 0.0 {
-        cube.lerp(cube * (cube.abs().max_element() / length), 0.5)
-    } else {
-        cube
+/// A point of an O-grid: of the inner block, of half size `core`, at `outward` zero, and
+/// on the unit sphere (or circle, for points of a plane) at one. `block` is the place in
+/// the block, each coordinate from −1 to 1.
+fn wrapped(block: DVec3, core: f64, outward: f64) -> DVec3 {
+    let length = block.length();
+    if length == 0.0 {
+        return block;
     }
+    // Corners drawn half way towards the sphere keep the cells at the edges open.
+    let inner = core * block.lerp(block * (block.abs().max_element() / length), 0.5);
+    // Equal angles rather than equal steps spread the cells over the sphere.
+    let outer = (block * std::f64::consts::FRAC_PI_4).map(f64::tan);
+    inner.lerp(outer.normalize(), outward)
 }
 
 /// A unit ball to a strawberry: wide shoulders, a point below, a dent at the stalk.
@@ -219,20 +215,9 @@ fn tube(resolution: Resolution) -> Result<TetMesh, MeshError> {
     let (n, layers) = (resolution.share(0.4), resolution.share(0.2));
     let slices = resolution.share(1.8);
     let position = |[i, j, layer, slice]: [u32; 4]| {
-        let square = DVec2::from([i, j].map(|c| f64::from(c) / f64::from(n) * 2.0 - 1.0));
-        let length = square.length();
-        let inner = if length > 0.0 {
-            square.lerp(square * (square.abs().max_element() / length), 0.5) * 0.45
-        } else {
-            square
-        };
-        let outer = (square * std::f64::consts::FRAC_PI_4).map(f64::tan);
-        let t = f64::from(layer) / f64::from(layers);
-        let disc = if layer == 0 {
-            inner
-        } else {
-            inner.lerp(outer.normalize(), t)
-        };
+        let [x, y] = [i, j].map(|c| f64::from(c) / f64::from(n) * 2.0 - 1.0);
+        let outward = f64::from(layer) / f64::from(layers);
+        let disc = wrapped(DVec3::new(x, y, 0.0), 0.45, outward);
         let along = f64::from(slice) / f64::from(slices);
         let (half_height, half_width) = tube_profile(along);
         [
