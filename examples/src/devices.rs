@@ -9,15 +9,15 @@
 
 use glove_io::{
     Calibration, JointAngles, Pose,
-    cyberglove::{self, Query, Reply, SensorCount, parse_reply},
+    cyberglove::{self, Query, Reply, SensorCount, SettingLetter, parse_reply},
     fastrak::{self, Encoding, Item, OutputList, Station, Units},
     sim,
 };
 
 use crate::motion::Motion;
 
-/// Frames without a record after which a device counts as lost.
-const PATIENCE_FRAMES: usize = 50;
+/// Seconds without a record after which a device counts as lost.
+const PATIENCE_S: f64 = 0.5;
 
 /// The tracker's record as this program asks for it: position, quaternion, and a
 /// blank that ends the record.
@@ -225,47 +225,52 @@ pub struct Receiver {
     wrist: Option<Pose>,
     bytes: [u64; 2],
     last_frame: [usize; 2],
+    frame_s: f64,
     held: u64,
 }
 
 impl Receiver {
-    /// Commands that set up the glove: is it ready, how many sensors, status byte on.
-    const GLOVE_START_UP: [&'static [u8]; 3] = [
-        &Query::GloveState.command(),
-        &Query::SensorsPresent.command(),
-        b"U\x01",
+    /// Commands that set up the glove, and the answers they must get: is it ready, how
+    /// many sensors, status byte on.
+    const GLOVE_START_UP: [(&'static [u8], Reply); 3] = [
+        (
+            &Query::GloveState.command(),
+            Reply::GloveState {
+                initialised: true,
+                plugged_in: true,
+            },
+        ),
+        (&Query::SensorsPresent.command(), Reply::SensorsPresent(22)),
+        (b"U\x01", Reply::Accepted(SettingLetter::StatusByte)),
     ];
     /// Commands that set up the tracker: stop, centimetres, our record, binary.
     const TRACKER_START_UP: &'static [u8] = b"cuO1,2,11,0\rf";
 
     /// Sets up both devices as a driver would: asks, and believes only the answers.
+    /// Frames are `frame_s` seconds apart.
     ///
     /// # Errors
     ///
     /// [`DeviceError::StartUp`] with the answer that was not the expected one.
-    pub fn start(devices: &mut Devices<'_>, calibration: Calibration) -> Result<Self, DeviceError> {
+    pub fn start(
+        devices: &mut Devices<'_>,
+        calibration: Calibration,
+        frame_s: f64,
+    ) -> Result<Self, DeviceError> {
         let fail = |device: Device, reason: String| DeviceError::StartUp {
             device: device.name(),
             reason,
         };
         let mut reply = Vec::new();
-        for command in Self::GLOVE_START_UP {
+        for (command, expected) in Self::GLOVE_START_UP {
             reply.clear();
             devices.exchange(Device::Glove, command, None, &mut reply);
             let answer = parse_reply(&reply).map_err(|e| fail(Device::Glove, e.to_string()))?;
-            let expected = matches!(
-                answer,
-                Some((
-                    Reply::GloveState {
-                        initialised: true,
-                        plugged_in: true
-                    } | Reply::SensorsPresent(22)
-                        | Reply::Accepted(_),
-                    _
-                ))
-            );
-            if !expected {
-                return Err(fail(Device::Glove, format!("it answers {answer:?}")));
+            if answer.map(|(reply, _)| reply) != Some(expected) {
+                return Err(fail(
+                    Device::Glove,
+                    format!("it answers {answer:?} instead of {expected:?}"),
+                ));
             }
         }
         reply.clear();
@@ -295,6 +300,7 @@ impl Receiver {
             wrist: None,
             bytes: [0; 2],
             last_frame: [0; 2],
+            frame_s,
             held: 0,
         })
     }
@@ -354,13 +360,9 @@ impl Receiver {
                 continue;
             }
             self.held += 1;
-            if frame - self.last_frame[d] >= PATIENCE_FRAMES {
-                return Err(DeviceError::Silent {
-                    device: device.name(),
-                    last_frame: self.last_frame[d],
-                    pending,
-                    byte: self.bytes[d],
-                });
+            let silent_s = (frame - self.last_frame[d]) as f64 * self.frame_s;
+            if silent_s >= PATIENCE_S {
+                return Err(self.silent(device, pending));
             }
         }
         Ok(self
@@ -373,7 +375,37 @@ impl Receiver {
             }))
     }
 
-    /// Times a frame had to do with a device's former sample.
+    /// Must be asked after the last frame: a stream that ends in the middle of a record
+    /// was cut.
+    ///
+    /// # Errors
+    ///
+    /// [`DeviceError::Silent`] for the device whose stream was.
+    pub fn finish(&self) -> Result<(), DeviceError> {
+        let fresh = self.last_frame.iter().max();
+        for (device, pending) in [
+            (Device::Glove, self.glove.pending()),
+            (Device::Tracker, self.tracker.pending()),
+        ] {
+            // A record that is late by one poll is no cut.
+            let late = fresh.map_or(0, |fresh| fresh - self.last_frame[device as usize]);
+            if pending > 0 && late > 0 {
+                return Err(self.silent(device, pending));
+            }
+        }
+        Ok(())
+    }
+
+    fn silent(&self, device: Device, pending: usize) -> DeviceError {
+        DeviceError::Silent {
+            device: device.name(),
+            last_frame: self.last_frame[device as usize],
+            pending,
+            byte: self.bytes[device as usize],
+        }
+    }
+
+    /// Times a frame had to do with a device's former sample, counted for each device.
     #[must_use]
     pub fn held(&self) -> u64 {
         self.held

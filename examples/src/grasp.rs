@@ -53,7 +53,7 @@ impl Default for GraspRules {
     fn default() -> Self {
         Self {
             fingers_to_deform: 5,
-            release_gap_m: 4e-3,
+            release_gap_m: 3e-3,
         }
     }
 }
@@ -78,6 +78,8 @@ pub enum Grip {
 pub struct Grasp {
     phase: Phase,
     grips: [Grip; 5],
+    /// Fingers that let go and have not been apart from the surface since.
+    spent: [bool; 5],
 }
 
 impl Grasp {
@@ -104,6 +106,15 @@ impl Grasp {
         opening_m: [f64; 5],
         events: &mut Vec<GraspEvent>,
     ) {
+        // A finger that let go must leave the surface before it takes hold again;
+        // the surface that springs back would otherwise be caught at once.
+        let mut touching = touching;
+        for (spent, touch) in self.spent.iter_mut().zip(&mut touching) {
+            *spent &= *touch != Grip::None;
+            if *spent {
+                *touch = Grip::None;
+            }
+        }
         if self.phase == Phase::Free {
             let together = [Finger::Index, Finger::Middle, Finger::Ring];
             if together.iter().any(|f| touching[f.index()] == Grip::None) {
@@ -116,6 +127,7 @@ impl Grasp {
             let grip = &mut self.grips[finger];
             if *grip != Grip::None && opening_m[finger] > rules.release_gap_m {
                 *grip = Grip::None;
+                self.spent[finger] = true;
                 events.push(GraspEvent::LetGo);
             } else if touching[finger] > *grip {
                 if *grip == Grip::None {
@@ -126,7 +138,7 @@ impl Grasp {
         }
         let with = |least: Grip| self.grips.iter().filter(|&&grip| grip >= least).count();
         if with(Grip::Finger) < FEWEST_HOLDING {
-            *self = Self::default();
+            self.release();
             events.push(GraspEvent::Released);
         } else if self.phase == Phase::Attached && with(Grip::Fingertip) >= rules.fingers_to_deform
         {
@@ -137,7 +149,9 @@ impl Grasp {
 
     /// Lets go of everything at once.
     pub fn release(&mut self) {
-        *self = Self::default();
+        self.phase = Phase::Free;
+        self.grips = [Grip::None; 5];
+        self.spent = [true; 5];
     }
 }
 
@@ -189,6 +203,23 @@ mod tests {
         assert_eq!(grasp.phase(), Phase::Deforming);
         let third = step(&mut grasp, [0; 5], [0.0, 5.0, 0.0, 0.0, 0.0]);
         assert_eq!(third, [GraspEvent::LetGo, GraspEvent::Released]);
-        assert_eq!(grasp, Grasp::default());
+        assert_eq!(
+            (grasp.phase(), grasp.grips()),
+            (Phase::Free, [Grip::None; 5])
+        );
+    }
+
+    /// What was let go is not caught again before the fingers have left it.
+    #[test]
+    fn letting_go_is_final_until_the_finger_has_been_apart() {
+        let mut grasp = Grasp::default();
+        step(&mut grasp, [2; 5], [0.0; 5]);
+        assert!(step(&mut grasp, [2; 5], [9.0; 5]).contains(&GraspEvent::Released));
+        assert_eq!(step(&mut grasp, [2; 5], [0.0; 5]), []);
+        assert_eq!(step(&mut grasp, [2, 0, 0, 0, 2], [0.0; 5]), []);
+        assert_eq!(step(&mut grasp, [2; 5], [0.0; 5])[0], GraspEvent::Attached);
+        // Thumb and little finger have not been apart yet.
+        assert_eq!(grasp.grips()[0], Grip::None);
+        assert_eq!(grasp.grips()[4], Grip::None);
     }
 }

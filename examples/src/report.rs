@@ -79,10 +79,12 @@ pub struct EventRecord {
 pub struct KeepShapeRecord {
     /// In which frame.
     pub frame: usize,
-    /// Volume of the deformed shape, cubic metres.
-    pub volume_before_m3: f64,
+    /// Volume of the old rest shape, cubic metres.
+    pub rest_volume_before_m3: f64,
+    /// Volume of the deformed shape that was kept, cubic metres.
+    pub deformed_volume_m3: f64,
     /// Volume of the new rest shape, cubic metres.
-    pub volume_after_m3: f64,
+    pub rest_volume_after_m3: f64,
     /// Largest displacement from the old rest shape, metres.
     pub largest_displacement_before_m: f64,
     /// Largest displacement from the new rest shape: zero.
@@ -175,11 +177,16 @@ pub struct StreamReport {
     pub dropped_bytes: u64,
 }
 
+/// Name of the file that holds the object as it ended.
+pub const OBJECT_FILE: &str = "object.txt";
+
 /// Everything in `report.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Report {
     /// Version of this layout.
     pub format: u32,
+    /// The command line, without the program's name, that makes this report again.
+    pub arguments: Vec<String>,
     /// The object.
     pub object: ObjectReport,
     /// Seed of the script; `null` for recordings.
@@ -188,7 +195,7 @@ pub struct Report {
     pub frames: usize,
     /// Seconds between frames.
     pub frame_s: f64,
-    /// Fingers in contact, frame by frame.
+    /// Fingers that touch the object or hold it, frame by frame.
     pub contacts: Vec<u8>,
     /// Frames with at least one.
     pub contact_frames: usize,
@@ -201,11 +208,13 @@ pub struct Report {
     /// Sets of fingertips that do not determine how the object deforms; it kept its
     /// shape while they held it.
     pub refused_contact_sets: Vec<RefusedRecord>,
-    /// Frames in which the fingers would have inverted an element and were held back.
+    /// Frames in which the fingers would have taken more than nine tenths of its volume
+    /// from an element, and their displacement was scaled back.
     pub limited_frames: usize,
-    /// Frames in which a device had sent no record and its last one was used.
+    /// Times a frame used a device's last record because no new one had come, counted
+    /// for each device.
     pub held_samples: u64,
-    /// Sensor values outside the calibrated range.
+    /// Sensor values that the simulated glove could not send: outside its range.
     pub clamped_sensors: u64,
     /// The CyberGlove's stream.
     pub glove: StreamReport,
@@ -215,6 +224,8 @@ pub struct Report {
     pub set_up_ms: f64,
     /// Times from bytes to positions.
     pub stages: Vec<StageReport>,
+    /// The object as it ended, beside this report.
+    pub object_file: &'static str,
     /// FNV-1a hash of the final positions: see [`position_hash`].
     pub position_hash: String,
 }
@@ -243,6 +254,7 @@ impl Report {
         };
         Self {
             format: 1,
+            arguments: std::env::args().skip(1).collect(),
             object: ObjectReport {
                 name: object.name().to_owned(),
                 nodes: mesh.positions().len(),
@@ -271,6 +283,7 @@ impl Report {
             tracker: stream(outcome.counters[1]),
             set_up_ms: set_up.as_secs_f64() * 1e3,
             stages: stages(outcome),
+            object_file: OBJECT_FILE,
             position_hash: format!("{:016x}", position_hash(&outcome.positions)),
         }
     }
@@ -315,10 +328,10 @@ impl Report {
         }
         for kept in &self.kept_shapes {
             line(format_args!(
-                "  shape kept in frame {}: volume {:.2} cm³ (before the grasps {:.2}), largest displacement {:.2} mm, then {:.2} mm",
+                "  shape kept in frame {}: volume {:.2} cm³ (before {:.2}), largest displacement {:.2} mm, then {:.2} mm",
                 kept.frame,
-                kept.volume_after_m3 * 1e6,
-                object.initial_volume_m3 * 1e6,
+                kept.rest_volume_after_m3 * 1e6,
+                kept.rest_volume_before_m3 * 1e6,
                 kept.largest_displacement_before_m * 1e3,
                 kept.largest_displacement_after_m * 1e3
             ));

@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use fem_tet::Contact;
 use glam::{DQuat, DVec3};
 use glove_io::{
     Calibration,
@@ -107,15 +108,16 @@ pub struct Outcome {
 }
 
 /// A fingertip's hold on the object.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 struct Hold {
     /// Centre of the fingertip when it took hold, object frame.
     tip: DVec3,
     /// Outward normal of the surface there.
     normal: DVec3,
-    /// Surface triangle and barycentric coordinates of the point held.
-    triangle: u32,
-    barycentric: [f64; 3],
+    /// Where it presses.
+    patch: Contact,
+    /// How far the surface there was displaced already.
+    displaced: DVec3,
 }
 
 /// The state between frames.
@@ -160,10 +162,7 @@ pub fn run(
 ) -> Result<Outcome, SessionError> {
     let calibration = Calibration::average();
     let mut devices = Devices::new(motion, calibration.clone(), options.fault);
-    devices
-        .set_time(0.0)
-        .map_err(|source| SessionError::Pose { frame: 0, source })?;
-    let mut receiver = Receiver::start(&mut devices, calibration)?;
+    let mut receiver = Receiver::start(&mut devices, calibration, options.frame_s)?;
     let place = Rigid::from(motion.object_place());
     let still = motion.sample(0.0);
     let mut state = Loop {
@@ -177,7 +176,7 @@ pub fn run(
         lag: Rigid::IDENTITY,
         proxy: HandProxy::default(),
         grasp: Grasp::default(),
-        holds: [None; 5],
+        holds: [const { None }; 5],
         condensed: [false; 5],
         held: false,
         refused: Vec::new(),
@@ -242,6 +241,7 @@ pub fn run(
         watch(&|name| state.snapshot(frame, name), &record);
         frames.push(record);
     }
+    receiver.finish()?;
     let positions = state.world_positions();
     Ok(Outcome {
         frames,
@@ -289,9 +289,9 @@ impl Loop<'_> {
         };
         let surface = self.object.surface();
         let fingers = &advance.hand.fingers;
-        let touch = fingers.map(|finger| match advance.free {
-            true => Touch::of(&finger, surface),
-            false => Touch::Apart,
+        let touch: [Touch; 5] = std::array::from_fn(|f| match advance.inside[f] {
+            true => Touch::Apart,
+            false => Touch::of(&fingers[f], surface),
         });
         let tips = fingers.map(|f| DVec3::from_array(f.tip_center_m()));
         let gap = self.rules.release_gap_m;
@@ -320,11 +320,14 @@ impl Loop<'_> {
                 self.holds[f] = None;
             } else if self.holds[f].is_none() {
                 // A fingertip takes hold by touching, so there is a contact.
-                self.holds[f] = touch[f].fingertip().map(|contact| Hold {
-                    tip: tips[f],
-                    normal: DVec3::from_array(contact.normal),
-                    triangle: contact.triangle,
-                    barycentric: contact.barycentric,
+                self.holds[f] = touch[f].fingertip().map(|contact| {
+                    let patch = self.object.patch(&contact, PATCH_RADIUS_M);
+                    Hold {
+                        tip: tips[f],
+                        normal: DVec3::from_array(contact.normal),
+                        displaced: self.object.mean_displacement(&patch),
+                        patch,
+                    }
                 });
             }
         }
@@ -367,17 +370,14 @@ impl Loop<'_> {
 
     /// Displaces the held points with their fingertips.
     fn deform(&mut self, frame: usize, tips: [DVec3; 5]) -> f64 {
-        let holding = self.holds.map(|hold| hold.is_some());
+        let holding = self.holds.each_ref().map(Option::is_some);
         if holding != self.condensed {
             self.condensed = holding;
             let contacts = self
                 .holds
                 .iter()
                 .flatten()
-                .map(|hold| {
-                    self.object
-                        .patch(hold.triangle, hold.barycentric, PATCH_RADIUS_M)
-                })
+                .map(|hold| hold.patch.clone())
                 .collect();
             let answer = self.object.hold(contacts);
             self.held = answer.is_ok();
@@ -394,9 +394,10 @@ impl Loop<'_> {
             return 1.0;
         }
         self.tip_displacements.clear();
-        for (f, hold) in self.holds.iter().enumerate() {
+        for (hold, tip) in self.holds.iter().zip(tips) {
             if let Some(hold) = hold {
-                self.tip_displacements.push((tips[f] - hold.tip).to_array());
+                let displacement = hold.displaced + tip - hold.tip;
+                self.tip_displacements.push(displacement.to_array());
             }
         }
         self.object.displace(&self.tip_displacements)
@@ -406,7 +407,7 @@ impl Loop<'_> {
     fn let_go(&mut self) {
         self.in_palm = None;
         self.lag = Rigid::IDENTITY;
-        self.holds = [None; 5];
+        self.holds = [const { None }; 5];
         self.condensed = [false; 5];
         self.held = false;
         self.object.relax();
@@ -418,10 +419,9 @@ impl Loop<'_> {
         if self.grasp.phase() != Phase::Deforming {
             return Ok(None);
         }
-        let (volume_before_m3, largest_before_m) = (
-            self.object.volume_m3(),
-            self.object.largest_displacement_m(),
-        );
+        let rest_volume_before_m3 = self.object.rest_volume_m3();
+        let deformed_volume_m3 = self.object.volume_m3();
+        let largest_before_m = self.object.largest_displacement_m();
         self.object.keep_shape()?;
         self.grasp.release();
         self.let_go();
@@ -431,8 +431,9 @@ impl Loop<'_> {
         self.grasp_events.push(GraspEvent::KeptShape);
         Ok(Some(KeepShapeRecord {
             frame,
-            volume_before_m3,
-            volume_after_m3: self.object.volume_m3(),
+            rest_volume_before_m3,
+            deformed_volume_m3,
+            rest_volume_after_m3: self.object.rest_volume_m3(),
             largest_displacement_before_m: largest_before_m,
             largest_displacement_after_m: self.object.largest_displacement_m(),
         }))

@@ -1,6 +1,6 @@
 //! The object as it is held: its elastic body, its deformed surface, its tree.
 
-use std::sync::Arc;
+use std::{collections::BTreeMap, sync::Arc};
 
 use fem_tet::{
     Contact, ContactSet, ElasticBody, FemError, io::ObjectFile, largest_safe_fraction,
@@ -15,6 +15,26 @@ use crate::{scene::Object, touch::Surface};
 /// Linear elasticity means little beyond, and keep shape needs positive volumes.
 pub const LEAST_VOLUME_RATIO: f64 = 0.1;
 
+/// Contacts that move some vertex farther than this, for a unit of motion of each, do
+/// not count as holding the body: fingertips tremble.
+const MOST_AMPLIFICATION: f64 = 15.0;
+
+/// Why fingertips do not determine how the object deforms.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum HoldError {
+    /// They leave a motion free.
+    #[error(transparent)]
+    Free(#[from] FemError),
+    /// They nearly do.
+    #[error(
+        "the contacts hardly hold the body: it would move {amplification:.0} times as far as they do"
+    )]
+    Wobbly {
+        /// See [`ContactSet::amplification`].
+        amplification: f64,
+    },
+}
+
 /// A deformable object.
 #[derive(Debug, Clone)]
 pub struct SoftBody {
@@ -23,7 +43,8 @@ pub struct SoftBody {
     body: Arc<ElasticBody>,
     display: Vec<[u32; 3]>,
     triangles: Vec<[u32; 3]>,
-    surface_vertices: Vec<u32>,
+    /// Vertices of the surface with area-weighted normals of the rest shape.
+    surface_vertices: Vec<(u32, DVec3)>,
     contacts: Option<ContactSet>,
     displacements: Vec<[f64; 3]>,
     positions: Vec<[f64; 3]>,
@@ -50,17 +71,14 @@ impl SoftBody {
     pub fn new(object: Object) -> Result<Self, SoftBodyError> {
         let ObjectFile { mesh, display } = object.file;
         let triangles = surface_triangles(mesh.tets());
-        let mut surface_vertices = triangles.as_flattened().to_vec();
-        surface_vertices.sort_unstable();
-        surface_vertices.dedup();
         let positions = mesh.positions().to_vec();
         let tree = SphereTree::build(Mesh::new(&positions, &triangles)?);
         Ok(Self {
             name: object.name,
             body: Arc::new(ElasticBody::new(mesh, object.material)?),
             display,
+            surface_vertices: surface_vertices(&positions, &triangles),
             triangles,
-            surface_vertices,
             contacts: None,
             displacements: vec![[0.0; 3]; positions.len()],
             positions,
@@ -126,44 +144,63 @@ impl SoftBody {
         })
     }
 
-    /// The contact of a fingertip that presses on an area around a point of the
-    /// surface, given by its triangle and barycentric coordinates: all surface nodes
-    /// within `radius_m` of it, nearer ones more. One node alone, the thesis's choice,
-    /// would give way like a pin cushion, the more so the finer the mesh. Where no
-    /// node is that near, the corners of the triangle take their place.
+    /// The contact of a fingertip that presses on an area: all surface nodes within
+    /// `radius_m` of the point it touches, nearer ones more, if the surface there faces
+    /// the same way (a thin wall has another side). One node alone, the thesis's choice,
+    /// would give way like a pin cushion, the more so the finer the mesh. Where fewer
+    /// than three nodes are that near, the corners of the triangle take their place.
     ///
     /// # Panics
     ///
-    /// If the triangle does not exist.
+    /// If the contact is not with this object's surface.
     #[must_use]
-    pub fn patch(&self, triangle: u32, barycentric: [f64; 3], radius_m: f64) -> Contact {
+    pub fn patch(&self, touched: &spheretree::Contact, radius_m: f64) -> Contact {
         let rest = self.body.mesh().positions();
-        let corners = self.triangles[triangle as usize];
         let at = |v: u32| DVec3::from_array(rest[v as usize]);
-        let point: DVec3 = (0..3).map(|i| at(corners[i]) * barycentric[i]).sum();
+        let corners = self.triangles[touched.triangle as usize];
+        let [a, b, c] = corners.map(at);
+        let facing = (b - a).cross(c - a);
+        let [wa, wb, wc] = touched.barycentric;
+        let point = a * wa + b * wb + c * wc;
         let mut weights: Vec<(u32, f64)> = self
             .surface_vertices
             .iter()
-            .map(|&v| {
+            .filter(|(_, normal)| normal.dot(facing) > 0.0)
+            .map(|&(v, _)| {
                 let r = at(v).distance(point) / radius_m;
                 (v, (1.0 - r * r).max(0.0).powi(2))
             })
             .filter(|&(_, w)| w > 0.0)
             .collect();
         if weights.len() < 3 {
-            weights = corners.into_iter().zip(barycentric).collect();
+            weights = corners.into_iter().zip(touched.barycentric).collect();
         }
         Contact::weighted(&weights).expect("weights of distinct nodes, one of them positive")
+    }
+
+    /// How far the surface under a contact is displaced.
+    #[must_use]
+    pub fn mean_displacement(&self, contact: &Contact) -> DVec3 {
+        contact
+            .weights()
+            .iter()
+            .map(|&(v, w)| DVec3::from_array(self.displacements[v as usize]) * w)
+            .sum()
     }
 
     /// Condenses the body to these contacts.
     ///
     /// # Errors
     ///
-    /// [`FemError`] if the contacts do not hold the body; the body then keeps its
-    /// former contacts.
-    pub fn hold(&mut self, contacts: Vec<Contact>) -> Result<(), FemError> {
-        self.contacts = Some(ContactSet::new(&self.body, contacts)?);
+    /// [`HoldError`] if the contacts do not hold the body, or hardly; it then has none.
+    pub fn hold(&mut self, contacts: Vec<Contact>) -> Result<(), HoldError> {
+        self.contacts = None;
+        let set = ContactSet::new(&self.body, contacts)?;
+        let amplification = set.amplification();
+        if amplification > MOST_AMPLIFICATION {
+            return Err(HoldError::Wobbly { amplification });
+        }
+        self.contacts = Some(set);
         Ok(())
     }
 
@@ -234,9 +271,17 @@ impl SoftBody {
             .collect();
         self.body = Arc::new(self.body.keep_shape(&centred)?);
         self.relax();
+        self.surface_vertices = surface_vertices(&self.positions, &self.triangles);
         self.tree
             .rebuild(Mesh::new(&self.positions, &self.triangles)?);
         Ok(())
+    }
+
+    /// Volume of the rest shape, cubic metres.
+    #[must_use]
+    pub fn rest_volume_m3(&self) -> f64 {
+        let rest = self.body.mesh();
+        total_volume(rest.positions(), rest.tets())
     }
 
     /// Volume as it stands, cubic metres.
@@ -266,4 +311,17 @@ fn centre_of_mass(positions: &[[f64; 3]], tets: &[[u32; 4]]) -> DVec3 {
         moment += six_volume * (x[0] + x[1] + x[2] + x[3]) / 4.0;
     }
     moment / volume
+}
+
+/// The vertices of a surface, ascending, with area-weighted normals.
+fn surface_vertices(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<(u32, DVec3)> {
+    let mut normals = BTreeMap::new();
+    for triangle in triangles {
+        let [a, b, c] = triangle.map(|v| DVec3::from_array(positions[v as usize]));
+        let normal = (b - a).cross(c - a);
+        for &v in triangle {
+            *normals.entry(v).or_insert(DVec3::ZERO) += normal;
+        }
+    }
+    normals.into_iter().collect()
 }

@@ -182,6 +182,33 @@ impl ContactSet {
         &self.contacts
     }
 
+    /// How far some vertex can move when every contact moves by at most one unit: an
+    /// upper bound, within a factor √3 of the truth.
+    ///
+    /// Contacts spread over a body give 2 to 6. Large values mean that they hardly hold
+    /// it, such as three contacts that nearly lie on one line: the body then swings far
+    /// about that line at the slightest motion of a contact, which no one wants to see.
+    #[must_use]
+    pub fn amplification(&self) -> f64 {
+        let (unknowns, columns) = (3 * self.vertex_count, 3 * self.contacts.len());
+        (0..self.vertex_count)
+            .map(|v| {
+                (0..columns / 3)
+                    .map(|c| {
+                        // Frobenius norm of the 3 × 3 block of vertex and contact.
+                        (0..9)
+                            .map(|k| {
+                                let (row, column) = (3 * v + k % 3, 3 * c + k / 3);
+                                self.displacement_map[column * unknowns + row].powi(2)
+                            })
+                            .sum::<f64>()
+                            .sqrt()
+                    })
+                    .sum::<f64>()
+            })
+            .fold(0.0, f64::max)
+    }
+
     /// Displacements of all vertices when the contacts are displaced by
     /// `contact_displacements`: the thesis's `Q_u = −K₁₁⁻¹ K₁₂ Q_k`. Contacts at
     /// nodes get exactly what was prescribed, others to rounding.

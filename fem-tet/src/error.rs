@@ -158,9 +158,11 @@ pub enum FemError {
         /// A vertex outside the first part.
         vertex: usize,
     },
-    /// Parts of the mesh hang together by an edge or a vertex only and can swing.
+    /// Parts of the mesh hang together by an edge or a vertex only and can swing, or the
+    /// mesh is so slender that double precision cannot tell (a rod of square section and
+    /// some three thousand times its thickness).
     #[error(
-        "the mesh is a mechanism: parts of it hang together only by an edge or a vertex (near vertex {vertex}, pivot {pivot_ratio:.1e} of its diagonal)"
+        "the mesh is a mechanism or far too slender: parts of it hang together by an edge or a vertex, or by next to nothing (near vertex {vertex}, pivot {pivot_ratio:.1e} of its diagonal)"
     )]
     Mechanism {
         /// Vertex whose pivot is smallest.

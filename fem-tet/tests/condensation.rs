@@ -282,6 +282,34 @@ fn contacts_must_exist_and_differ() {
     assert!(!refused(&[(1, 2.0), (2, 1.0)]));
 }
 
+/// No displacement exceeds what the amplification allows, and nearly collinear
+/// contacts show by it.
+#[test]
+fn amplification_bounds_displacements() {
+    let body = foam();
+    let spread = ContactSet::at_nodes(&body, &[0, 2, 6, 26]).expect("held");
+    let d = [
+        [1.0, 0.0, 0.0],
+        [0.0, -1.0, 0.0],
+        [0.0, 0.6, 0.8],
+        [-1.0, 0.0, 0.0],
+    ];
+    let mut u = vec![[0.0; 3]; 27];
+    spread.displacements_into(&d, &mut u);
+    let largest = u
+        .iter()
+        .map(|u| Vector3::from(*u).norm())
+        .fold(0.0, f64::max);
+    assert!(largest <= spread.amplification());
+    assert!(spread.amplification() < 10.0, "{}", spread.amplification());
+
+    // Two corners, and a mean that lies a hundredth of an edge beside their middle.
+    let beside = Contact::weighted(&[(1, 0.99), (4, 0.01)]).expect("a mean");
+    let line = vec![Contact::node(0), Contact::node(2), beside];
+    let line = ContactSet::new(&body, line).expect("not quite collinear");
+    assert!(line.amplification() > 100.0, "{}", line.amplification());
+}
+
 /// All two-contact sets, on every choice of nodes, are refused: a plain Cholesky
 /// accepts most of them.
 #[test]
