@@ -16,8 +16,10 @@ use glove_io::{
 
 use crate::motion::Motion;
 
-/// Seconds without a record after which a device counts as lost.
+/// Seconds and frames without a record after which a device counts as lost: a byte may
+/// be lost now and then, however long a frame takes.
 const PATIENCE_S: f64 = 0.5;
+const PATIENCE_FRAMES: usize = 5;
 
 /// The tracker's record as this program asks for it: position, quaternion, and a
 /// blank that ends the record.
@@ -360,8 +362,8 @@ impl Receiver {
                 continue;
             }
             self.held += 1;
-            let silent_s = (frame - self.last_frame[d]) as f64 * self.frame_s;
-            if silent_s >= PATIENCE_S {
+            let silent = frame - self.last_frame[d];
+            if silent >= PATIENCE_FRAMES && silent as f64 * self.frame_s >= PATIENCE_S {
                 return Err(self.silent(device, pending));
             }
         }

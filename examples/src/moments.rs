@@ -7,7 +7,7 @@ const MOST: usize = 8;
 
 /// Collects the snapshots of a session's key moments.
 ///
-/// A script names its moments. A recording does not know what will come of it, so
+/// A script names its moments; their captions add what the object then was to the hand. A recording does not know what will come of it, so
 /// there the events decide: the first touch, attaching, giving way, release.
 pub struct Moments {
     planned: Vec<KeyMoment>,
@@ -35,8 +35,19 @@ impl Moments {
     /// Looks at a frame, and takes its picture if it is due.
     pub fn see(&mut self, snapshot: &dyn Fn(&str) -> Snapshot, record: &FrameRecord) {
         let time_s = record.frame as f64 * self.frame_s;
+        let end = record.frame + 1 == self.frames;
         while let Some(moment) = self.planned.pop_if(|moment| moment.time_s <= time_s) {
-            self.snapshots.push(snapshot(moment.name));
+            // What was planned, and what came of it.
+            let phase = match record.phase {
+                Phase::Free => "free",
+                Phase::Attached => "attached",
+                Phase::Deforming => "elastic",
+            };
+            self.snapshots
+                .push(snapshot(&format!("{}, {phase}", moment.name)));
+        }
+        if end && !self.by_events && !self.planned.is_empty() {
+            self.snapshots.push(snapshot("end"));
         }
         if self.by_events {
             let now = (record.phase, record.touching.contains(&true));
@@ -47,7 +58,6 @@ impl Moments {
                 ((Phase::Attached | Phase::Deforming, _), (Phase::Free, _)) => Some("released"),
                 _ => None,
             };
-            let end = record.frame + 1 == self.frames;
             if let Some(name) = name.or(end.then_some("end")) {
                 // The end always gets its place.
                 if self.snapshots.len() < MOST - 1 || end {

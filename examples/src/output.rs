@@ -8,8 +8,8 @@ use std::{
 /// A folder in which a run leaves its files.
 ///
 /// Everything is first written to a hidden folder inside it and moved into place by
-/// [`commit`](Self::commit); a run that fails on the way leaves no trace and spoils
-/// nothing that was there.
+/// [`commit`](Self::commit), which replaces files of the same names; a run that fails
+/// before that leaves no trace and spoils nothing that was there.
 #[derive(Debug)]
 pub struct OutputFolder {
     path: PathBuf,
@@ -62,20 +62,31 @@ impl OutputFolder {
     ///
     /// # Errors
     ///
-    /// What the file system says; files not yet moved are removed.
+    /// What the file system says, with the path. Nothing is moved if a target is
+    /// something else than a file that may be replaced.
     pub fn commit(mut self) -> io::Result<Vec<PathBuf>> {
-        let mut paths = Vec::with_capacity(self.files.len());
-        for name in &self.files {
-            let target = self.path.join(name);
-            if let Some(parent) = target.parent() {
-                fs::create_dir_all(parent)?;
+        let targets: Vec<PathBuf> = self.files.iter().map(|name| self.path.join(name)).collect();
+        for target in &targets {
+            if target.exists() && !target.is_file() {
+                return Err(io::Error::other(format!(
+                    "{} is in the way: not a file",
+                    target.display()
+                )));
             }
-            fs::rename(self.staging.join(name), &target)?;
-            paths.push(target);
+            if let Some(parent) = target.parent() {
+                fs::create_dir_all(parent).map_err(|e| named(parent, &e))?;
+            }
+        }
+        for (name, target) in self.files.iter().zip(&targets) {
+            fs::rename(self.staging.join(name), target).map_err(|e| named(target, &e))?;
         }
         self.committed = true;
-        Ok(paths)
+        Ok(targets)
     }
+}
+
+fn named(path: &Path, error: &io::Error) -> io::Error {
+    io::Error::new(error.kind(), format!("{}: {error}", path.display()))
 }
 
 impl Drop for OutputFolder {
@@ -115,7 +126,19 @@ mod tests {
         folder.write("report.json", b"3").expect("writable");
         drop(folder);
         assert_eq!(fs::read(path.join("report.json")).expect("there"), b"1");
-        assert_eq!(fs::read_dir(&path).expect("there").count(), 2);
+
+        // A folder where a file must go: nothing is moved.
+        fs::create_dir(path.join("object.txt")).expect("writable");
+        let mut folder = OutputFolder::create(&path).expect("writable");
+        folder.write("report.json", b"4").expect("writable");
+        folder.write("object.txt", b"5").expect("writable");
+        let error = folder.commit().expect_err("in the way");
+        assert!(
+            error.to_string().contains("object.txt is in the way"),
+            "{error}"
+        );
+        assert_eq!(fs::read(path.join("report.json")).expect("there"), b"1");
+        assert_eq!(fs::read_dir(&path).expect("there").count(), 3);
         fs::remove_dir_all(root).expect("ours");
     }
 }

@@ -18,12 +18,12 @@ use crate::{
 const REHEARSAL_HZ: f64 = 25.0;
 
 /// The variant in which the object gives way in most grasps, or else for longest, or
-/// else is attached or touched for longest; the first of equals. `None` if there are
-/// no variants.
+/// else is attached or touched for longest; the first of equals. One that cannot be
+/// played is not chosen.
 ///
 /// # Errors
 ///
-/// [`SessionError`] if a variant cannot be played.
+/// The last [`SessionError`] if no variant can be played. `Ok(None)` if there are none.
 pub fn best<M: Motion>(
     variants: impl IntoIterator<Item = M>,
     model: &HandModel,
@@ -45,15 +45,23 @@ pub fn best<M: Motion>(
         fault: None,
         ..*options
     };
-    let mut best = None;
+    let (mut best, mut failure) = (None, None);
     for variant in variants {
-        let outcome = session::run(&rehearsal, &variant, model, object.clone(), |_, _| ())?;
-        let merit = merit(&outcome);
-        if best.as_ref().is_none_or(|&(most, _)| merit > most) {
-            best = Some((merit, variant));
+        match session::run(&rehearsal, &variant, model, object.clone(), |_, _| ()) {
+            Ok(outcome) => {
+                let merit = merit(&outcome);
+                if best.as_ref().is_none_or(|&(most, _)| merit > most) {
+                    best = Some((merit, variant));
+                }
+            }
+            Err(error) => failure = Some(error),
         }
     }
-    Ok(best.map(|(_, variant)| variant))
+    match (best, failure) {
+        (Some((_, variant)), _) => Ok(Some(variant)),
+        (None, Some(error)) => Err(error),
+        (None, None) => Ok(None),
+    }
 }
 
 /// Grasps in which the object gave way, and frames in which it did, was attached,

@@ -42,8 +42,6 @@ pub(super) const APPROACH_M: f64 = 0.13;
 
 /// Closures are tried in steps of this.
 const CLOSURE_STEP: f64 = 0.04;
-/// Least cosine between what the thumb presses against and what the fingers do.
-const LEAST_OPPOSITION: f64 = 0.3;
 /// Thumb rolls that are tried, degrees.
 const THUMB_ROLLS_DEG: [f64; 4] = [35.0, 50.0, 65.0, 80.0];
 /// Curls of the fingers that are tried, degrees.
@@ -81,7 +79,7 @@ impl GraspPlan {
             let rotation =
                 DQuat::from_rotation_y(yaw_rad) * DQuat::from_rotation_x(tilt_deg.to_radians());
             for below in [0.014, 0.022, 0.032, 0.042, 0.052, 0.062] {
-                for forward in [0.060, 0.070, 0.080, 0.090, 0.100] {
+                for forward in [0.055, 0.065, 0.075, 0.085, 0.095, 0.105] {
                     for aside in [-0.012, 0.0, 0.012] {
                         // The top of the object in the palm's frame.
                         let palm = rotation * DVec3::new(aside, -below, -forward);
@@ -133,11 +131,7 @@ impl GraspPlan {
                 Some((style, Meeting::find(hand, surface, wrist, 0, style)?))
             })
             .max_by(|(_, a), (_, b)| a.normal.dot(opposite).total_cmp(&b.normal.dot(opposite)))?;
-        // A thumb that presses sideways slips off once the object has changed.
         let opposition = thumb.normal.dot(opposite);
-        if opposition < LEAST_OPPOSITION {
-            return None;
-        }
         let all = [&[thumb][..], &fingers].concat();
         let press = all.iter().map(|m| m.press).fold(f64::INFINITY, f64::min);
         let gap = all.iter().map(|m| m.gap_m).fold(0.0, f64::max);
@@ -145,7 +139,7 @@ impl GraspPlan {
         let (low, high) = height;
         let middle = (low + high) / 2.0;
         let off_m = all.iter().map(|m| (m.point.y - middle).abs()).sum::<f64>() / 5.0;
-        let score = opposition + 2.0 * press - 60.0 * gap - 15.0 * off_m;
+        let score = 1.5 * opposition + 2.0 * press - 60.0 * gap - 15.0 * off_m;
         let plan = Self {
             wrist,
             score,

@@ -10,7 +10,7 @@ mod script;
 
 use glove_io::{JointAngles, Pose};
 
-pub use recording::{Recording, RecordingSource};
+pub use recording::{OutOfReach, Recording, RecordingSource};
 pub use script::{NoGrasp, Script};
 
 /// What a real hand does at one instant.

@@ -21,6 +21,21 @@ const POSE_RATE_HZ: f64 = 100.0;
 /// metres: the tracker is unambiguous in one hemisphere only.
 const CLEARANCE_M: f64 = 0.1;
 
+/// Range of the tracker with reduced accuracy (\[Ma98\] section 2.1.2), metres.
+const RANGE_M: f64 = 3.05;
+
+/// A recording moves farther than a tracker reaches.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error(
+    "matrix {matrix}: the hand is {distance_m:.2} m from the transmitter even after centring, but the tracker reaches {RANGE_M} m; are these metres?"
+)]
+pub struct OutOfReach {
+    /// Which matrix, counted from 1.
+    pub matrix: usize,
+    /// Its distance, metres.
+    pub distance_m: f64,
+}
+
 /// Places for the object that are worth trying.
 const VARIANTS: usize = 16;
 
@@ -47,8 +62,15 @@ impl Recording {
     /// recorded hand likeliest meets it.
     ///
     /// Without joint angles the hand stays flat, without poses it stays in one place.
-    #[must_use]
-    pub fn new(source: RecordingSource, hand: &HandModel) -> Self {
+    ///
+    /// # Errors
+    ///
+    /// [`OutOfReach`] if the poses span more than the tracker's range.
+    pub fn new(source: RecordingSource, hand: &HandModel) -> Result<Self, OutOfReach> {
+        let source = RecordingSource {
+            joints: source.joints.filter(|joints| !joints.is_empty()),
+            poses: source.poses.filter(|poses| !poses.is_empty()),
+        };
         let joints = source
             .joints
             .unwrap_or_else(|| vec![JointAngles::default()]);
@@ -61,6 +83,13 @@ impl Recording {
             },
             |poses| recentred(&poses),
         );
+        for (index, pose) in poses.iter().enumerate() {
+            let distance_m = pose.translation.length();
+            if distance_m > RANGE_M {
+                let matrix = index + 1;
+                return Err(OutOfReach { matrix, distance_m });
+            }
+        }
         let length = |count: usize, rate: f64| (count - 1) as f64 / rate;
         let duration_s = length(joints.len(), JOINT_RATE_HZ).max(length(poses.len(), POSE_RATE_HZ));
         let mut recording = Self {
@@ -72,7 +101,7 @@ impl Recording {
         if let Some(&place) = recording.candidate_places(hand).first() {
             recording.object_place = place;
         }
-        recording
+        Ok(recording)
     }
 
     /// Variants with the object in other places where the recorded hand could meet

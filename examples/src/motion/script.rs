@@ -135,7 +135,7 @@ impl Script {
         add(18.0, 1, 0.0, -12.0, 0.0);
         let key_moments = [
             (1.0, "before"),
-            (3.2, "attached"),
+            (3.2, "lifted"),
             (4.7, "small squeeze"),
             (5.7, "medium squeeze"),
             (6.9, "large squeeze"),
@@ -149,7 +149,7 @@ impl Script {
             grasps,
             keyframes,
             key_moments,
-            switch_s: [10.3, 10.5],
+            switch_s: [10.2, 10.6],
             bias_m: std::array::from_fn(|_| 4e-4 * random.signed()),
             finger_tremor: std::array::from_fn(|_| Tremor::new(&mut random, 3e-4)),
             wrist_tremor: std::array::from_fn(|_| Tremor::new(&mut random, 3e-4)),

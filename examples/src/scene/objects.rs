@@ -36,18 +36,24 @@ impl fmt::Display for ObjectKind {
     }
 }
 
-/// Cells across an object: 2 to 24.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// Cells across an object: 3 to 16, which is some 70 to 9 000 nodes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Resolution(u32);
 
 impl Resolution {
     /// Smallest and largest number of cells across.
-    pub const RANGE: std::ops::RangeInclusive<u32> = 2..=24;
+    pub const RANGE: std::ops::RangeInclusive<u32> = 3..=16;
 
     /// `None` unless `cells` is in [`Resolution::RANGE`].
     #[must_use]
     pub fn new(cells: u32) -> Option<Self> {
         Self::RANGE.contains(&cells).then_some(Self(cells))
+    }
+
+    /// Whether this is finer than the default.
+    #[must_use]
+    pub fn is_fine(self) -> bool {
+        self > Self::default()
     }
 
     /// A share of the cells, rounded, at least one.
@@ -56,7 +62,7 @@ impl Resolution {
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
-            reason = "between 1 and 48"
+            reason = "between 1 and 29"
         )]
         let cells = cells as u32;
         cells
@@ -103,7 +109,7 @@ impl Object {
     }
 
     /// An object read from a file, moved so that the middle of its bounding box is
-    /// the origin.
+    /// the origin. Without a display list its surface is drawn.
     ///
     /// # Errors
     ///
@@ -120,9 +126,13 @@ impl Object {
             *p = (DVec3::from_array(*p) - middle).to_array();
         }
         let mesh = TetMesh::new(positions, tets)?;
+        let mut file = ObjectFile::from_mesh(mesh);
+        if !display.is_empty() {
+            file.display = display;
+        }
         Ok(Self {
             name: name.to_owned(),
-            file: ObjectFile { mesh, display },
+            file,
             material: soft(),
         })
     }
@@ -293,7 +303,7 @@ mod tests {
     #[test]
     fn all_objects_are_sound() {
         for kind in ObjectKind::value_variants() {
-            for cells in [2, 3, 4, 5, 7, 10, 15, 24] {
+            for cells in Resolution::RANGE {
                 let resolution = Resolution::new(cells).expect("in range");
                 let object = Object::build(*kind, resolution).expect("a sound mesh");
                 let worst = worst_quality(&object.file.mesh);
@@ -341,7 +351,7 @@ mod tests {
         let error = |cells| 1.0 - volume(ObjectKind::Ball, cells) / exact;
         // Inscribed, and second order: four times closer at twice the resolution.
         assert!(error(5) > 0.0 && error(5) < 0.15, "{}", error(5));
-        assert!(error(20) < error(10) / 3.5, "{} {}", error(10), error(20));
+        assert!(error(16) < error(8) / 3.5, "{} {}", error(8), error(16));
     }
 
     /// Euler's formula V − E + F = 2 on the surface: one closed sphere each.

@@ -82,7 +82,7 @@ pub enum RecordingError {
         found: usize,
     },
     /// A matrix is not a pose.
-    #[error("the matrix that begins on line {line} is not a pose")]
+    #[error("the matrix that begins on line {line} is not a pose: {source}")]
     NotAPose {
         /// First line of the matrix.
         line: usize,

@@ -35,11 +35,12 @@ pub(crate) struct Cli {
     #[arg(long, value_name = "NAME|FILE", default_value = "ball")]
     pub(crate) object: String,
 
-    /// Cells across a built object, 2 to 24
+    /// Cells across a built object, 3 to 16
     #[arg(long, value_name = "CELLS", default_value = "5", value_parser = parse_resolution)]
     pub(crate) resolution: Resolution,
 
-    /// Number of frames [default: 1800 for the script, all of a recording]
+    /// Number of frames, at most 100000 [default: 1800 for the script, all of a recording].
+    /// The script is told in as many frames as there are; below about 100 it skips parts
     #[arg(long, value_name = "N", value_parser = parse_frames)]
     pub(crate) frames: Option<NonZeroUsize>,
 
@@ -108,8 +109,8 @@ fn parse_resolution(text: &str) -> Result<Resolution, String> {
         .ok_or_else(|| format!("a whole number from {low} to {high} is needed"))
 }
 
-/// More frames than this would take days; a slip of the keyboard, most likely.
-const MOST_FRAMES: usize = 10_000_000;
+/// A report line a frame is kept in memory: this many are 20 MB.
+const MOST_FRAMES: usize = 100_000;
 
 fn parse_frames(text: &str) -> Result<NonZeroUsize, String> {
     text.parse()

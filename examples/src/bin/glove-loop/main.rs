@@ -21,8 +21,8 @@ use examples::{
     output::OutputFolder,
     picture::contact_sheet,
     rehearsal,
-    report::Report,
-    scene::Object,
+    report::{OBJECT_FILE, Report},
+    scene::{Object, Resolution},
     session::{self, SessionOptions},
     soft_body::SoftBody,
     vtu,
@@ -41,7 +41,16 @@ const RECORDING_HZ: f64 = 100.0;
 type Error = Box<dyn std::error::Error>;
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) if error.use_stderr() => {
+            // One line, without how to get help.
+            let text = error.to_string();
+            eprintln!("{}", text.lines().next().unwrap_or("error: bad arguments"));
+            return ExitCode::from(2);
+        }
+        Err(help) => help.exit(),
+    };
     match run(&cli) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
@@ -63,17 +72,32 @@ fn run(cli: &Cli) -> Result<(), Error> {
         SoftBody::new(load_object(cli)?).map_err(|error| format!("{}: {error}", cli.object))?;
     let set_up = power_up.elapsed();
     let recording = load_recording(cli)?;
+    if let Some(fault) = cli.fault
+        && cli.frames.is_some_and(|frames| fault.frame >= frames.get())
+    {
+        return Err(format!("--fault: there is no frame {}", fault.frame).into());
+    }
     let mut out = OutputFolder::create(&cli.out).map_err(|e| at_path(&cli.out, &e))?;
+
+    // A fine object is rehearsed with a coarse one, which costs a tenth of a second.
+    let rehearsed = match cli.builtin() {
+        Some(kind) if cli.resolution.is_fine() => {
+            SoftBody::new(Object::build(kind, Resolution::default())?)?
+        }
+        _ => object.clone(),
+    };
 
     // The motion, and how many frames of which length it takes.
     let no_grasp = |error: &dyn std::fmt::Display| format!("{}: {error}", cli.object);
     let (motion, options): (Option<Box<dyn Motion>>, SessionOptions) = match recording {
         Some(source) => {
-            let recording = Recording::new(source, &model);
+            let recording = Recording::new(source, &model).map_err(|error| {
+                at_path(cli.pose.as_deref().unwrap_or(Path::new("poses")), &error)
+            })?;
             let frame_s = 1.0 / RECORDING_HZ;
             let options = cli.session(whole(recording.duration_s() / frame_s) + 1, frame_s);
             let variants = recording.variants(&model);
-            let placed = rehearsal::best(variants, &model, &object, &options)?;
+            let placed = rehearsal::best(variants, &model, &rehearsed, &options)?;
             (placed.map(|m| Box::new(m) as _), options)
         }
         None => {
@@ -86,7 +110,7 @@ fn run(cli: &Cli) -> Result<(), Error> {
                 frame_s: duration_s / options.frames as f64,
                 ..options
             };
-            let chosen = rehearsal::best(variants, &model, &object, &options)?;
+            let chosen = rehearsal::best(variants, &model, &rehearsed, &options)?;
             (chosen.map(|m| Box::new(m) as _), options)
         }
     };
@@ -131,7 +155,7 @@ fn run(cli: &Cli) -> Result<(), Error> {
     let mut files: Vec<(&str, &[u8])> = vec![
         ("report.json", json.as_bytes()),
         ("contact-sheet.png", &png),
-        ("object.txt", object_text.as_bytes()),
+        (OBJECT_FILE, object_text.as_bytes()),
     ];
     let pvd = vtu::collection(&series);
     if cli.vtu {
@@ -141,7 +165,7 @@ fn run(cli: &Cli) -> Result<(), Error> {
         out.write(name, contents)
             .map_err(|e| at_path(&cli.out, &e))?;
     }
-    let written = out.commit().map_err(|e| at_path(&cli.out, &e))?;
+    let written = out.commit()?;
 
     let mut text = if cli.json { json } else { report.table() };
     if !cli.json {
@@ -186,7 +210,12 @@ fn load_recording(cli: &Cli) -> Result<Option<RecordingSource>, Error> {
 }
 
 fn read(path: &Path) -> Result<String, String> {
-    fs::read_to_string(path).map_err(|error| at_path(path, &error))
+    let bytes = fs::read(path).map_err(|error| at_path(path, &error))?;
+    String::from_utf8(bytes).map_err(|error| {
+        let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+        let line = 1 + valid.iter().filter(|&&byte| byte == b'\n').count();
+        at_path(path, &format_args!("line {line}: this is not text"))
+    })
 }
 
 /// The message of an error with the file it belongs to.
