@@ -117,7 +117,7 @@ fn a_damaged_byte_moves_the_hand() {
     let body = body(ObjectKind::Ball, 3);
     let script = script(&body, 1);
     // While the hand approaches; later the object may hold it back.
-    let frame = 1;
+    let frame = 2;
     let hands = |fault: Option<Fault>| -> Vec<[FingerPose; 5]> {
         let options = SessionOptions {
             fault,
