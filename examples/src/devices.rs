@@ -49,9 +49,9 @@ impl Device {
 /// Damage on the wire.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FaultKind {
-    /// The lowest bit of one byte in the middle of the record is flipped.
+    /// The lowest bit of one byte of the record is flipped.
     Flip,
-    /// One byte in the middle of the record is lost.
+    /// One byte of the record is lost.
     Drop,
     /// The line goes dead in the middle of the record.
     Cut,
@@ -158,14 +158,16 @@ impl<'a> Devices<'a> {
             && fault.device == device
             && Some(fault.frame) == frame
         {
-            let middle = usize::midpoint(start, reply.len());
+            let length = reply.len() - start;
+            // A finger's sensor, or a coordinate of the position.
+            let place = start + length * 3 / 8;
             match fault.kind {
-                FaultKind::Flip => reply[middle] ^= 1,
+                FaultKind::Flip => reply[place] ^= 1,
                 FaultKind::Drop => {
-                    reply.remove(middle);
+                    reply.remove(place);
                 }
                 FaultKind::Cut => {
-                    reply.truncate(middle);
+                    reply.truncate(start + length / 2);
                     self.dead[device as usize] = true;
                 }
             }
