@@ -53,7 +53,7 @@ const FINGERS: [FingerRow; 4] = [
     },
 ];
 
-const THUMB_BASE: Point = [-24.0, -8.0, -25.0];
+const THUMB_BASE: Point = [-24.0, -6.0, -23.0];
 const THUMB_REST: f64 = 0.15;
 /// Metacarpal, proximal, distal phalanx, tissue of the tip.
 const THUMB_LENGTHS: [f64; 4] = [46.22, 31.57, 21.67, 5.67];

@@ -78,7 +78,7 @@ pub(super) const FINGERS: [FingerBones; 4] = [
 
 /// Sources and placement as for [`FINGERS`].
 pub(super) const THUMB: ThumbBones = ThumbBones {
-    base_m: [-0.024, -0.008, -0.021],
+    base_m: [-0.024, -0.006, -0.023],
     rest_abduction_rad: 0.15,
     bones_m: [0.046_22, 0.031_57, 0.021_67],
     tip_tissue_m: 0.005_67,
