@@ -159,6 +159,9 @@ impl<'a> Devices<'a> {
             && Some(fault.frame) == frame
         {
             let length = reply.len() - start;
+            if length == 0 {
+                return;
+            }
             // A finger's sensor, or a coordinate of the position.
             let place = start + length * 3 / 8;
             match fault.kind {
@@ -206,13 +209,14 @@ pub enum DeviceError {
     },
     /// A device has sent no complete record for a while.
     #[error(
-        "{device}: the byte stream is truncated: no complete record since frame {last_frame}, and it ends {pending} bytes into a record, at byte {byte}"
+        "{device}: the byte stream is truncated: no complete record {}, and it ends {pending} bytes into a record, at byte {byte}",
+        last_frame.map_or("at all".to_owned(), |frame| format!("since frame {frame}"))
     )]
     Silent {
         /// Which device.
         device: &'static str,
-        /// The last frame with a record.
-        last_frame: usize,
+        /// The last frame with a record, if there was one.
+        last_frame: Option<usize>,
         /// Bytes of the record that was never completed.
         pending: usize,
         /// Bytes received in all.
@@ -228,7 +232,9 @@ pub struct Receiver {
     angles: Option<(JointAngles, bool)>,
     wrist: Option<Pose>,
     bytes: [u64; 2],
-    last_frame: [usize; 2],
+    /// Frames asked for so far, and the last in which each device sent a record.
+    frames: usize,
+    last_frame: [Option<usize>; 2],
     frame_s: f64,
     held: u64,
 }
@@ -303,7 +309,8 @@ impl Receiver {
             angles: None,
             wrist: None,
             bytes: [0; 2],
-            last_frame: [0; 2],
+            frames: 0,
+            last_frame: [None; 2],
             frame_s,
             held: 0,
         })
@@ -331,6 +338,7 @@ impl Receiver {
         glove: &[u8],
         tracker: &[u8],
     ) -> Result<Option<HandSample>, DeviceError> {
+        self.frames = frame + 1;
         let mut fresh = [false; 2];
         let Self {
             calibration,
@@ -360,11 +368,11 @@ impl Receiver {
             let d = device as usize;
             self.bytes[d] += received as u64;
             if fresh[d] {
-                self.last_frame[d] = frame;
+                self.last_frame[d] = Some(frame);
                 continue;
             }
             self.held += 1;
-            let silent = frame - self.last_frame[d];
+            let silent = self.frames_without(device);
             if silent >= PATIENCE_FRAMES && silent as f64 * self.frame_s >= PATIENCE_S {
                 return Err(self.silent(device, pending));
             }
@@ -386,18 +394,20 @@ impl Receiver {
     ///
     /// [`DeviceError::Silent`] for the device whose stream was.
     pub fn finish(&self) -> Result<(), DeviceError> {
-        let fresh = self.last_frame.iter().max();
         for (device, pending) in [
             (Device::Glove, self.glove.pending()),
             (Device::Tracker, self.tracker.pending()),
         ] {
-            // A record that is late by one poll is no cut.
-            let late = fresh.map_or(0, |fresh| fresh - self.last_frame[device as usize]);
-            if pending > 0 && late > 0 {
+            if pending > 0 && self.frames_without(device) > 0 {
                 return Err(self.silent(device, pending));
             }
         }
         Ok(())
+    }
+
+    /// Frames since a device's last record.
+    fn frames_without(&self, device: Device) -> usize {
+        self.frames - self.last_frame[device as usize].map_or(0, |frame| frame + 1)
     }
 
     fn silent(&self, device: Device, pending: usize) -> DeviceError {

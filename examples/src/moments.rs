@@ -7,8 +7,9 @@ const MOST: usize = 8;
 
 /// Collects the snapshots of a session's key moments.
 ///
-/// A script names its moments; their captions add what the object then was to the hand. A recording does not know what will come of it, so
-/// there the events decide: the first touch, attaching, giving way, release.
+/// A script names its moments; their captions add what the object then was to the
+/// hand. A recording does not know what will come of it, so there the events decide:
+/// the first touch, attaching, giving way, release.
 pub struct Moments {
     planned: Vec<KeyMoment>,
     frame_s: f64,

@@ -185,7 +185,8 @@ pub const OBJECT_FILE: &str = "object.txt";
 pub struct Report {
     /// Version of this layout.
     pub format: u32,
-    /// The command line, without the program's name, that makes this report again.
+    /// The command line, without the program's name, that makes this report again; for
+    /// the program to fill in.
     pub arguments: Vec<String>,
     /// The object.
     pub object: ObjectReport,
@@ -254,7 +255,7 @@ impl Report {
         };
         Self {
             format: 1,
-            arguments: std::env::args().skip(1).collect(),
+            arguments: Vec::new(),
             object: ObjectReport {
                 name: object.name().to_owned(),
                 nodes: mesh.positions().len(),

@@ -117,6 +117,8 @@ fn bad_input_is_named_and_spoils_nothing() {
     assert!(refused(&["--out", &out, "--fault", "glove"]).contains("glove:drop:120"));
     assert!(refused_with("--fault", "glove:drop:20").contains("no frame 20"));
     // The line dies in the middle of a run, or in its last frame.
+    let message = refused(&["--frames", "1", "--out", &out, "--fault", "glove:cut:0"]);
+    assert!(message.contains("no complete record at all"), "{message}");
     let message = refused_with("--fault", "glove:cut:19");
     assert!(
         message.contains("glove: the byte stream is truncated"),

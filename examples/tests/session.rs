@@ -269,6 +269,52 @@ fn a_hand_inside_the_object_gets_out() {
     assert_eq!(back.inside, [false; 5]);
 }
 
+/// Fingers that catch up with the real hand do so in bounded steps, and arrive.
+#[test]
+fn catching_up_is_gradual() {
+    let hand = HandModel::average_right();
+    let posture = |flexion: f64| Posture {
+        wrist: Rigid::IDENTITY,
+        angles: JointAngles([-flexion; 22]),
+    };
+    let mut proxy = HandProxy::default();
+    let mut last = proxy.follow(&hand, posture(0.0), 0.002);
+    for _ in 0..2000 {
+        let next = proxy.follow(&hand, posture(0.4), 0.002);
+        for (a, b) in last.hand.fingers.iter().zip(&next.hand.fingers) {
+            for (a, b) in a.points_m.iter().zip(&b.points_m) {
+                let way = glam::DVec3::from_array(*a).distance(glam::DVec3::from_array(*b));
+                assert!(way <= 0.002, "{way}");
+            }
+        }
+        last = next;
+    }
+    assert_eq!(last.posture, posture(0.4));
+}
+
+/// A fingertip on a thin wall presses on its own side of it only.
+#[test]
+fn a_patch_does_not_reach_through_a_thin_wall() {
+    // The crimped end of the tube is a centimetre thick.
+    let body = body(ObjectKind::Tube, 8);
+    let rest = body.positions();
+    let tip = spheretree::Sphere::new([-0.055, 0.012, 0.0], 0.008).expect("a sphere");
+    let surface = body.surface();
+    let contact = surface
+        .tree
+        .sphere_contact(surface.positions, &tip, 0.0)
+        .expect("it rests on the end");
+    let patch = body.patch(&contact, 0.012);
+    let below = rest
+        .iter()
+        .filter(|p| p[1] < -1e-3)
+        .any(|&p| glam::DVec3::from_array(p).distance(contact.point.into()) < 0.012);
+    assert!(below, "the other side is within reach");
+    for &(node, _) in patch.weights() {
+        assert!(rest[node as usize][1] > -1e-9, "{node}");
+    }
+}
+
 /// A fingertip that takes hold of a deformed surface leaves it where it is.
 #[test]
 fn taking_hold_does_not_move_the_surface() {

@@ -183,9 +183,10 @@ impl ContactSet {
     }
 
     /// How far some vertex can move when every contact moves by at most one unit: an
-    /// upper bound, within a factor √3 of the truth.
+    /// upper bound, at most three times the truth (Frobenius norms of the 3 × 3 blocks of
+    /// the displacement map, added up).
     ///
-    /// Contacts spread over a body give 2 to 6. Large values mean that they hardly hold
+    /// Contacts spread over a body give 3 to 7. Large values mean that they hardly hold
     /// it, such as three contacts that nearly lie on one line: the body then swings far
     /// about that line at the slightest motion of a contact, which no one wants to see.
     #[must_use]

@@ -72,11 +72,6 @@ fn run(cli: &Cli) -> Result<(), Error> {
         SoftBody::new(load_object(cli)?).map_err(|error| format!("{}: {error}", cli.object))?;
     let set_up = power_up.elapsed();
     let recording = load_recording(cli)?;
-    if let Some(fault) = cli.fault
-        && cli.frames.is_some_and(|frames| fault.frame >= frames.get())
-    {
-        return Err(format!("--fault: there is no frame {}", fault.frame).into());
-    }
     let mut out = OutputFolder::create(&cli.out).map_err(|e| at_path(&cli.out, &e))?;
 
     // A fine object is rehearsed with a coarse one, which costs a tenth of a second.
@@ -115,6 +110,11 @@ fn run(cli: &Cli) -> Result<(), Error> {
         }
     };
     let motion = motion.ok_or_else(|| no_grasp(&NoGrasp))?;
+    if let Some(fault) = cli.fault
+        && fault.frame >= options.frames
+    {
+        return Err(format!("--fault: there is no frame {}", fault.frame).into());
+    }
 
     let initial_volume_m3 = object.volume_m3();
     let display = object.display().to_vec();
@@ -142,7 +142,10 @@ fn run(cli: &Cli) -> Result<(), Error> {
 
     let scripted = cli.joints.is_none() && cli.pose.is_none();
     let seed = scripted.then_some(cli.seed);
-    let report = Report::new(&outcome, seed, options.frame_s, initial_volume_m3, set_up);
+    let report = Report {
+        arguments: std::env::args().skip(1).collect(),
+        ..Report::new(&outcome, seed, options.frame_s, initial_volume_m3, set_up)
+    };
     let json = serde_json::to_string_pretty(&report)? + "\n";
     let mut png = Vec::new();
     contact_sheet(
