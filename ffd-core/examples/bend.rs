@@ -5,7 +5,7 @@
 //! `det J` below 1 says that space is squeezed there, below 0 that it is turned
 //! inside out.
 
-use ffd_core::{Degree, Frame, Lattice};
+use ffd_core::{Degree, Frame, Grid, Lattice};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let argument = std::env::args().nth(1);
@@ -16,28 +16,26 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         [-2.0, -0.5, -0.5],
         [[0.5, 0.0, 0.0], [0.0, 0.5, 0.0], [0.0, 0.0, 0.5]],
     )?;
-    let (degree, cells) = ([Degree::CUBIC; 3], [8, 2, 2]);
+    let grid = Grid::new([Degree::CUBIC; 3], [8, 2, 2], frame)?;
 
     // Cross-sections at x rise by s x² / 2 and lean by the slope s x.
-    let rest = Lattice::at_rest(degree, cells, frame)?;
-    let displacements = (0..rest.control_point_count())
+    let displacements = (0..grid.control_point_count())
         .map(|i| {
-            let [x, y, _] = rest.rest_position(i);
+            let [x, y, _] = grid.rest_position(i);
             [-strength * x * y, 0.5 * strength * x * x, 0.0]
         })
         .collect();
-    let lattice = Lattice::new(degree, cells, frame, displacements)?;
+    let lattice = Lattice::new(grid, displacements)?;
 
     println!("{:^24}    {:^24}    det J", "point", "image");
     for i in 0..=8 {
         let point = [0.5 * f64::from(i) - 2.0, 0.25, 0.0];
-        let image = lattice.deform_point(point).ok_or("outside the lattice")?;
-        let j = lattice.jacobian_at(point).ok_or("outside the lattice")?;
+        let at = lattice.evaluate(point).ok_or("outside the lattice")?;
         println!(
             "{}    {}    {:.4}",
             show(point),
-            show(image),
-            determinant(j)
+            show(at.position),
+            at.determinant
         );
     }
     Ok(())
@@ -45,9 +43,4 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
 fn show([x, y, z]: [f64; 3]) -> String {
     format!("({x:6.3}, {y:6.3}, {z:6.3})")
-}
-
-fn determinant([a, b, c]: [[f64; 3]; 3]) -> f64 {
-    a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0])
-        + a[2] * (b[0] * c[1] - b[1] * c[0])
 }

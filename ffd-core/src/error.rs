@@ -69,4 +69,41 @@ pub enum FfdError {
         /// Its value.
         value: f64,
     },
+    /// An identity border was asked for around clamped knots.
+    #[error("axis {axis} has clamped knots: an identity border needs uniform ones")]
+    ClampedBorder {
+        /// Which axis.
+        axis: usize,
+    },
+    /// A point is infinite or NaN.
+    #[error("component {component} of point {index} is {value}")]
+    NonFinitePoint {
+        /// Index of the point.
+        index: usize,
+        /// Which coordinate.
+        component: usize,
+        /// Its value.
+        value: f64,
+    },
+    /// A point lies outside the lattice, and that was not allowed.
+    #[error("point {index}, {point:?}, lies outside the lattice")]
+    PointOutside {
+        /// Index of the point.
+        index: usize,
+        /// Where it is.
+        point: Vec<f64>,
+    },
+    /// Something was made for a grid and used with a lattice on another one.
+    #[error("the lattice is not on the grid that this was made for")]
+    GridMismatch,
+    /// A list has the wrong length.
+    #[error("{what}: {expected} entries are needed, {found} were given")]
+    LengthMismatch {
+        /// Which list.
+        what: &'static str,
+        /// The length it should have.
+        expected: usize,
+        /// Its length.
+        found: usize,
+    },
 }

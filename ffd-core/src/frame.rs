@@ -89,6 +89,31 @@ impl<const D: usize> Frame<D> {
         }
     }
 
+    /// The frame of an axis-aligned box that is divided into `cells`.
+    ///
+    /// # Errors
+    ///
+    /// As [`Frame::new`]; in particular [`FfdError::AxisLength`] if the box is flat or a
+    /// number of cells is zero. `max` may lie below `min`: the axis then points
+    /// backwards.
+    ///
+    /// # Example
+    ///
+    /// ```
+    /// use ffd_core::Frame;
+    ///
+    /// let frame = Frame::of_box([0.0, 0.0], [1.0, 2.0], [4, 4])?;
+    /// assert_eq!(frame.axes(), [[0.25, 0.0], [0.0, 0.5]]);
+    /// # Ok::<(), ffd_core::FfdError>(())
+    /// ```
+    pub fn of_box(min: [f64; D], max: [f64; D], cells: [usize; D]) -> Result<Self, FfdError> {
+        let axes = std::array::from_fn(|i| {
+            let length = (max[i] - min[i]) / cells[i] as f64;
+            std::array::from_fn(|c| if c == i { length } else { 0.0 })
+        });
+        Self::new(min, axes)
+    }
+
     /// World position of lattice coordinate 0.
     #[must_use]
     pub fn origin(&self) -> [f64; D] {

@@ -1,18 +1,16 @@
-//! The lattice of control points.
+//! The lattice: a grid and the displacements of its control points.
 
-use crate::bspline::{Degree, rest_coordinate};
-use crate::{FfdError, Frame};
+use crate::bspline::{Axis, Insertion};
+use crate::{Border, FfdError, Grid};
 
-/// A uniform B-spline lattice in `D` = 2 or 3 dimensions.
+/// A lattice of displaced control points: the deformation `x ↦ x + Σ Bᵢ(x) dᵢ`.
 ///
-/// The deformation is `x ↦ x + Σ Bᵢ(x) dᵢ` with one world vector `dᵢ` per control
-/// point; see the [crate documentation](crate) for the order of control points.
-/// A value of this type is always valid: shapes fit and every number is finite.
+/// `dᵢ` is the displacement of control point i from where it rests, a world vector. See
+/// the [crate documentation](crate) for the order of control points. A value of this
+/// type is always valid: shapes fit and every number is finite.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lattice<const D: usize> {
-    degree: [Degree; D],
-    cells: [usize; D],
-    frame: Frame<D>,
+    grid: Grid<D>,
     displacements: Vec<[f64; D]>,
 }
 
@@ -21,38 +19,16 @@ impl<const D: usize> Lattice<D> {
     ///
     /// # Errors
     ///
-    /// * [`FfdError::NoCells`] if `cells` contains a zero;
-    /// * [`FfdError::TooManyControlPoints`] if their number overflows;
     /// * [`FfdError::DisplacementCount`] if there is not one displacement per
     ///   control point, `Π (cells + degree)` in all;
     /// * [`FfdError::NonFiniteDisplacement`].
-    pub fn new(
-        degree: [Degree; D],
-        cells: [usize; D],
-        frame: Frame<D>,
-        displacements: Vec<[f64; D]>,
-    ) -> Result<Self, FfdError> {
-        let expected = count_control_points(degree, cells)?;
-        if displacements.len() != expected {
-            return Err(FfdError::DisplacementCount {
-                expected,
-                found: displacements.len(),
-            });
-        }
-        let components = displacements.as_flattened().iter().enumerate();
-        for (i, &value) in components {
-            if !value.is_finite() {
-                return Err(FfdError::NonFiniteDisplacement {
-                    control_point: i / D,
-                    component: i % D,
-                    value,
-                });
-            }
+    pub fn new(grid: Grid<D>, displacements: Vec<[f64; D]>) -> Result<Self, FfdError> {
+        check_count(&grid, displacements.len())?;
+        for (i, &displacement) in displacements.iter().enumerate() {
+            check_finite(i, displacement)?;
         }
         Ok(Self {
-            degree,
-            cells,
-            frame,
+            grid,
             displacements,
         })
     }
@@ -61,43 +37,26 @@ impl<const D: usize> Lattice<D> {
     ///
     /// # Errors
     ///
-    /// * [`FfdError::NoCells`] if `cells` contains a zero;
-    /// * [`FfdError::TooManyControlPoints`] if memory does not suffice.
-    pub fn at_rest(
-        degree: [Degree; D],
-        cells: [usize; D],
-        frame: Frame<D>,
-    ) -> Result<Self, FfdError> {
-        let count = count_control_points(degree, cells)?;
+    /// [`FfdError::TooManyControlPoints`] if memory does not suffice.
+    pub fn at_rest(grid: Grid<D>) -> Result<Self, FfdError> {
+        let count = grid.control_point_count();
         let mut displacements = Vec::new();
         displacements
             .try_reserve_exact(count)
-            .map_err(|_| too_many(cells))?;
+            .map_err(|_| FfdError::TooManyControlPoints {
+                cells: grid.cells().to_vec(),
+            })?;
         displacements.resize(count, [0.0; D]);
         Ok(Self {
-            degree,
-            cells,
-            frame,
+            grid,
             displacements,
         })
     }
 
-    /// The degree along each axis.
+    /// The shape of the lattice.
     #[must_use]
-    pub fn degree(&self) -> [Degree; D] {
-        self.degree
-    }
-
-    /// The number of cells along each axis.
-    #[must_use]
-    pub fn cells(&self) -> [usize; D] {
-        self.cells
-    }
-
-    /// Where the lattice lies in the world.
-    #[must_use]
-    pub fn frame(&self) -> &Frame<D> {
-        &self.frame
+    pub fn grid(&self) -> &Grid<D> {
+        &self.grid
     }
 
     /// The displacement of each control point from rest, a world vector, in
@@ -107,134 +66,212 @@ impl<const D: usize> Lattice<D> {
         &self.displacements
     }
 
-    /// The number of control points.
-    #[must_use]
-    pub fn control_point_count(&self) -> usize {
-        self.displacements.len()
-    }
-
-    /// The number of control points along each axis: cells plus degree.
-    #[must_use]
-    pub fn control_points_per_axis(&self) -> [usize; D] {
-        std::array::from_fn(|axis| self.cells[axis] + self.degree[axis].get())
-    }
-
-    /// The world position at which the control point with the given linear
-    /// index rests.
+    /// Moves one control point: `displacement` is where it is from where it rests.
     ///
-    /// Control points near the border rest outside the box, except for degree 1.
+    /// # Errors
+    ///
+    /// [`FfdError::NonFiniteDisplacement`]; nothing is changed then.
     ///
     /// # Panics
     ///
     /// If there is no such control point.
-    #[must_use]
-    pub fn rest_position(&self, control_point: usize) -> [f64; D] {
-        let count = self.control_point_count();
-        assert!(
-            control_point < count,
-            "control point {control_point} of {count} does not exist"
-        );
-        let mut rest = control_point;
-        let per_axis = self.control_points_per_axis();
-        self.frame.to_world(std::array::from_fn(|axis| {
-            let index = rest % per_axis[axis];
-            rest /= per_axis[axis];
-            rest_coordinate(self.degree[axis], index)
-        }))
-    }
-}
-
-/// The product of cells plus degree, if that many displacements fit into the
-/// address space.
-fn count_control_points<const D: usize>(
-    degree: [Degree; D],
-    cells: [usize; D],
-) -> Result<usize, FfdError> {
-    if let Some(axis) = cells.iter().position(|&n| n == 0) {
-        return Err(FfdError::NoCells { axis });
-    }
-    let count = degree
-        .iter()
-        .zip(cells)
-        .try_fold(1_usize, |count, (degree, n)| {
-            count.checked_mul(n.checked_add(degree.get())?)
-        });
-    count
-        .filter(|count| {
-            count
-                .checked_mul(size_of::<[f64; D]>())
-                .is_some_and(|bytes| isize::try_from(bytes).is_ok())
-        })
-        .ok_or_else(|| too_many(cells))
-}
-
-fn too_many<const D: usize>(cells: [usize; D]) -> FfdError {
-    FfdError::TooManyControlPoints {
-        cells: cells.to_vec(),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const CUBIC: [Degree; 2] = [Degree::CUBIC; 2];
-
-    #[test]
-    #[expect(
-        clippy::float_cmp,
-        reason = "sums and products of small integers are exact"
-    )]
-    fn control_points_are_counted_and_placed_in_linear_order() {
-        let frame = Frame::new([100.0, 0.0], [[10.0, 0.0], [0.0, 1.0]]).unwrap();
-        let lattice = Lattice::at_rest([Degree::LINEAR, Degree::CUBIC], [2, 1], frame).unwrap();
-        assert_eq!(lattice.control_points_per_axis(), [3, 4]);
-        assert_eq!(lattice.control_point_count(), 12);
-        assert_eq!(lattice.rest_position(0), [100.0, -1.0]);
-        assert_eq!(lattice.rest_position(2), [120.0, -1.0]);
-        assert_eq!(lattice.rest_position(3), [100.0, 0.0]);
-        assert_eq!(lattice.rest_position(11), [120.0, 2.0]);
+    pub fn set_displacement(
+        &mut self,
+        control_point: usize,
+        displacement: [f64; D],
+    ) -> Result<(), FfdError> {
+        check_finite(control_point, displacement)?;
+        self.displacements[control_point] = displacement;
+        Ok(())
     }
 
-    #[test]
-    fn bad_shapes_are_named() {
-        let frame = Frame::unit();
-        assert_eq!(
-            Lattice::at_rest(CUBIC, [3, 0], frame),
-            Err(FfdError::NoCells { axis: 1 })
-        );
-        for cells in [
-            [usize::MAX, 1],
-            [usize::MAX / 2, 2],
-            [1 << 40, 1 << 40],
-            [1 << 55, 1],
-        ] {
-            let error = FfdError::TooManyControlPoints {
-                cells: cells.to_vec(),
-            };
-            assert_eq!(Lattice::at_rest(CUBIC, cells, frame), Err(error.clone()));
-            assert!(Lattice::new(CUBIC, cells, frame, Vec::new()).is_err());
+    /// Moves all control points, without allocation.
+    ///
+    /// # Errors
+    ///
+    /// As [`Lattice::new`]; nothing is changed then.
+    pub fn set_displacements(&mut self, displacements: &[[f64; D]]) -> Result<(), FfdError> {
+        check_count(&self.grid, displacements.len())?;
+        for (i, &displacement) in displacements.iter().enumerate() {
+            check_finite(i, displacement)?;
         }
-        assert_eq!(
-            Lattice::new(CUBIC, [1, 1], frame, vec![[0.0; 2]; 15]),
-            Err(FfdError::DisplacementCount {
-                expected: 16,
-                found: 15
-            })
-        );
+        self.displacements.copy_from_slice(displacements);
+        Ok(())
     }
 
-    #[test]
-    fn a_displacement_that_is_not_finite_is_named() {
-        let mut displacements = vec![[0.0; 2]; 16];
-        displacements[7][1] = f64::INFINITY;
-        assert_eq!(
-            Lattice::new(CUBIC, [1, 1], Frame::unit(), displacements),
-            Err(FfdError::NonFiniteDisplacement {
-                control_point: 7,
-                component: 1,
-                value: f64::INFINITY
-            })
-        );
+    /// Adds to the displacements of all control points, without allocation.
+    ///
+    /// # Errors
+    ///
+    /// As [`Lattice::new`], for the sums; nothing is changed then.
+    pub fn add_displacements(&mut self, changes: &[[f64; D]]) -> Result<(), FfdError> {
+        check_count(&self.grid, changes.len())?;
+        let sum = |a: [f64; D], b: [f64; D]| std::array::from_fn(|c| a[c] + b[c]);
+        for (i, (&old, &change)) in self.displacements.iter().zip(changes).enumerate() {
+            check_finite(i, sum(old, change))?;
+        }
+        for (old, &change) in self.displacements.iter_mut().zip(changes) {
+            *old = sum(*old, change);
+        }
+        Ok(())
+    }
+
+    /// The same deformation on a grid with every cell cut into `factors[i]` equal parts
+    /// along axis i (knot insertion).
+    ///
+    /// With an identity border, the fixed layers become thinner; the new lattice has
+    /// more cells of its own instead, so that its domain stays the same.
+    ///
+    /// # Errors
+    ///
+    /// * [`FfdError::NoCells`] if a factor is zero;
+    /// * [`FfdError::TooManyControlPoints`].
+    ///
+    /// # Example
+    ///
+    /// ```
+    /// use ffd_core::{Degree, Frame, Grid, Lattice};
+    ///
+    /// let grid = Grid::new([Degree::CUBIC; 2], [2, 2], Frame::unit())?;
+    /// let mut lattice = Lattice::at_rest(grid)?;
+    /// lattice.set_displacement(12, [0.5, 0.25])?;
+    /// let fine = lattice.refine([2, 2])?;
+    /// assert_eq!(fine.grid().cells(), [4, 4]);
+    /// let [a, b] = [&lattice, &fine].map(|l| l.deform_point([1.3, 0.7]));
+    /// assert!((a[0] - b[0]).abs() < 1e-15 && (a[1] - b[1]).abs() < 1e-15);
+    /// # Ok::<(), ffd_core::FfdError>(())
+    /// ```
+    pub fn refine(&self, factors: [usize; D]) -> Result<Self, FfdError> {
+        let grid = &self.grid;
+        let too_many = || FfdError::TooManyControlPoints {
+            cells: std::iter::zip(grid.cells(), factors)
+                .map(|(cells, factor)| cells.saturating_mul(factor))
+                .collect(),
+        };
+        // Cells of the whole domain are cut; with a border, the outermost `degree` on
+        // each side are the new border.
+        let mut cells = [0; D];
+        for axis in 0..D {
+            let cut = grid.domain_cells(axis).checked_mul(factors[axis]);
+            cells[axis] = cut
+                .ok_or_else(too_many)?
+                .saturating_sub(2 * grid.layers(axis));
+        }
+        let axes = grid.frame().axes();
+        let finer_axes = std::array::from_fn(|i| axes[i].map(|x| x / factors[i].max(1) as f64));
+        let origin = grid.frame().to_world(std::array::from_fn(|axis| {
+            let layers = grid.layers(axis) as f64;
+            layers / factors[axis].max(1) as f64 - layers
+        }));
+        if let Some(axis) = factors.iter().position(|&factor| factor == 0) {
+            return Err(FfdError::NoCells { axis });
+        }
+        let frame = crate::Frame::new(origin, finer_axes)?;
+        let finer = Grid::assemble(grid.degree(), cells, grid.knots(), frame, grid.border())?;
+
+        let mut per_axis = grid.control_points_per_axis();
+        let mut displacements = self.displacements.clone();
+        for axis in 0..D {
+            displacements =
+                self.refine_axis(&finer, axis, factors[axis], per_axis, &displacements)?;
+            per_axis[axis] = finer.control_points_per_axis()[axis];
+        }
+        Self::new(finer, displacements)
+    }
+
+    /// Inserts knots along one axis into the values of control points whose number per
+    /// axis is given.
+    fn refine_axis(
+        &self,
+        finer: &Grid<D>,
+        axis: usize,
+        factor: usize,
+        per_axis: [usize; D],
+        values: &[[f64; D]],
+    ) -> Result<Vec<[f64; D]>, FfdError> {
+        let grid = &self.grid;
+        // The whole domain as an axis of its own, border and all.
+        let whole = |grid: &Grid<D>| {
+            let own = &grid.axes()[axis];
+            Axis::new(own.degree(), grid.domain_cells(axis), own.knots())
+        };
+        let insertion = Insertion::new(&whole(grid)?, &whole(finer)?, factor);
+        let (layers, finer_layers) = (grid.layers(axis), finer.layers(axis));
+        let (old, new) = (per_axis[axis], insertion.len() - 2 * finer_layers);
+
+        let stride: usize = per_axis[..axis].iter().product();
+        let outer: usize = per_axis[axis + 1..].iter().product();
+        let mut out = vec![[0.0; D]; stride * new * outer];
+        for k in 0..outer {
+            for j in 0..new {
+                let (first, weights) = insertion.row(j + finer_layers);
+                for (m, &weight) in weights[..grid.order()[axis]].iter().enumerate() {
+                    // Control points of the border do not move.
+                    let Some(from) = (first + m).checked_sub(layers).filter(|&i| i < old) else {
+                        continue;
+                    };
+                    for i in 0..stride {
+                        let value = values[i + stride * (from + old * k)];
+                        let sum = &mut out[i + stride * (j + new * k)];
+                        for c in 0..D {
+                            sum[c] += weight * value[c];
+                        }
+                    }
+                }
+            }
+        }
+        Ok(out)
+    }
+
+    /// The displacements of the control points that act on a cell of the domain, first
+    /// axis fastest; zero for those of an identity border.
+    #[inline(always)]
+    pub(crate) fn block(&self, cell: [usize; D]) -> impl Fn([usize; D]) -> [f64; D] {
+        let per_axis = self.grid.control_points_per_axis();
+        let mut stride = [1; D];
+        for axis in 1..D {
+            stride[axis] = stride[axis - 1] * per_axis[axis - 1];
+        }
+        let free = self.grid.border() == Border::Free;
+        let layers: [usize; D] = std::array::from_fn(|axis| self.grid.layers(axis));
+        let start: usize = (0..D).map(|axis| cell[axis] * stride[axis]).sum();
+        move |index| {
+            if free {
+                let offset: usize = (0..D).map(|axis| index[axis] * stride[axis]).sum();
+                return self.displacements[start + offset];
+            }
+            let mut at = 0;
+            for axis in 0..D {
+                let i = (cell[axis] + index[axis]).wrapping_sub(layers[axis]);
+                if i >= per_axis[axis] {
+                    return [0.0; D];
+                }
+                at += i * stride[axis];
+            }
+            self.displacements[at]
+        }
+    }
+}
+
+fn check_count<const D: usize>(grid: &Grid<D>, found: usize) -> Result<(), FfdError> {
+    let expected = grid.control_point_count();
+    if found == expected {
+        Ok(())
+    } else {
+        Err(FfdError::DisplacementCount { expected, found })
+    }
+}
+
+fn check_finite<const D: usize>(
+    control_point: usize,
+    displacement: [f64; D],
+) -> Result<(), FfdError> {
+    match displacement.iter().position(|c| !c.is_finite()) {
+        None => Ok(()),
+        Some(component) => Err(FfdError::NonFiniteDisplacement {
+            control_point,
+            component,
+            value: displacement[component],
+        }),
     }
 }

@@ -13,48 +13,46 @@
 //!
 //! # Conventions
 //!
-//! Per axis of degree n with a cells, the knots are the integers from 0 to a,
-//! there are a + n control points, and control point i rests at lattice
-//! coordinate i − (n − 1)/2. Displacements are world vectors in *linear order*:
-//! control point (i, j, k) of an nx × ny × nz lattice is number
+//! Per axis of degree n with a cells, there are a + n control points; with uniform
+//! knots control point i rests at lattice coordinate i − (n − 1)/2, with clamped ones
+//! the outermost rest on the ends of the box. Displacements are world vectors in
+//! *linear order*: control point (i, j, k) of an nx × ny × nz lattice is number
 //! i + nx (j + ny k). Matrices are row-major, `m[row][column]`.
-//!
-//! # Limits
-//!
-//! The box of the lattice is all there is: points outside have no image, and
-//! nothing joins the deformation smoothly to the space around. A deformation
-//! with large displacements can fold; `det J > 0` at some points, from
-//! [`Lattice::jacobian_at`], does not prove the contrary.
 //!
 //! # Example
 //!
 //! Shearing a square: every control point moves right by half its height.
 //!
 //! ```
-//! use ffd_core::{Degree, Frame, Lattice};
+//! use ffd_core::{Degree, Frame, Grid, Lattice};
 //!
-//! let frame = Frame::unit();
-//! let at_rest = Lattice::at_rest([Degree::CUBIC; 2], [4, 4], frame)?;
-//! let displacements = (0..at_rest.control_point_count())
-//!     .map(|i| [0.5 * at_rest.rest_position(i)[1], 0.0])
+//! let grid = Grid::new([Degree::CUBIC; 2], [4, 4], Frame::unit())?;
+//! let displacements = (0..grid.control_point_count())
+//!     .map(|i| [0.5 * grid.rest_position(i)[1], 0.0])
 //!     .collect();
-//! let lattice = Lattice::new([Degree::CUBIC; 2], [4, 4], frame, displacements)?;
+//! let lattice = Lattice::new(grid, displacements)?;
 //!
-//! let [x, y] = lattice.deform_point([1.0, 3.0]).expect("inside the box");
+//! let [x, y] = lattice.deform_point([1.0, 3.0]);
 //! assert!((x - 2.5).abs() < 1e-14 && (y - 3.0).abs() < 1e-14);
-//! assert_eq!(lattice.deform_point([5.0, 3.0]), None);
+//! // Outside the box nothing moves.
+//! assert_eq!(lattice.deform_point([5.0, 3.0]), [5.0, 3.0]);
 //! # Ok::<(), ffd_core::FfdError>(())
 //! ```
 
+mod blend;
 mod bspline;
-mod deform;
 mod error;
+mod evaluate;
 mod frame;
+mod grid;
 mod lattice;
+mod matrix;
 
-pub use bspline::{Degree, MAX_ORDER, rest_coordinate, uniform_basis};
+pub use bspline::{Axis, Degree, Knots, MAX_ORDER};
 pub use error::FfdError;
+pub use evaluate::{Evaluation, Outside};
 pub use frame::Frame;
+pub use grid::{Border, Grid};
 pub use lattice::Lattice;
 
 /// Compiles and runs the example of the README.

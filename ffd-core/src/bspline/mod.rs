@@ -1,7 +1,11 @@
 //! B-splines: the functions that blend control points.
 
+mod axis;
+mod basis;
 mod degree;
-mod uniform;
+mod insertion;
 
+pub use axis::{Axis, Knots};
+pub(crate) use basis::{CellBasis, Real};
 pub use degree::{Degree, MAX_ORDER};
-pub use uniform::{rest_coordinate, uniform_basis};
+pub(crate) use insertion::Insertion;
