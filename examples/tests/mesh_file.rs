@@ -485,13 +485,15 @@ fn an_stl_keeps_all_it_has() {
     );
 
     let [a, b, c, d] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-    let bytes = stl_binary(&[[a, b, c], [a, a, d]]);
+    let mut bytes = stl_binary(&[[a, b, c], [a, a, d]]);
+    bytes.extend_from_slice(b"and more");
     let mut mesh = parse(&bytes, MeshFormat::Stl);
     assert_eq!(mesh.encode(MeshFormat::Stl).expect("finite"), bytes);
     let mut positions = mesh.positions().to_vec();
     positions[1] = [0.0, 0.0, 1.0];
     mesh.set_positions(positions);
     let mut changed = stl_binary(&[[a, d, c], [a, a, d]]);
+    changed.extend_from_slice(b"and more");
     changed[84..88].copy_from_slice(&(-1.0_f32).to_le_bytes());
     assert_eq!(mesh.encode(MeshFormat::Stl).expect("finite"), changed);
     assert_eq!(
@@ -526,7 +528,6 @@ fn what_is_wrong_with_an_stl_is_said_with_its_place() {
         "line 9: expected \"facet normal\", found \"SOLID\""
     );
     let mut bytes = stl_binary(&[[[0.0; 3]; 3]; 2]);
-    bytes[..5].fill(0);
     let short = &bytes[..bytes.len() - 1];
     assert_eq!(
         message(short, MeshFormat::Stl),
@@ -629,6 +630,27 @@ fn other_formats_get_the_geometry() {
         MeshFormat::Ply,
     );
     assert_eq!(faces(&ply), faces(&mesh));
+}
+
+#[test]
+fn notes_stay_short_whatever_the_header() {
+    let mut header = "ply\nformat ascii 1.0\nelement vertex 1\n".to_owned();
+    for name in ["x", "y", "z"] {
+        header += &format!("property double {name}\n");
+    }
+    header.extend((0..100).map(|i| format!("property char p{i}\n")));
+    header.extend((0..100).map(|i| format!("element e{i} 0\n")));
+    let file = header + "end_header\n0 0 0" + &" 1".repeat(100);
+    let notes = parse(file.as_bytes(), MeshFormat::Ply).notes(MeshFormat::Obj);
+    assert_eq!(
+        notes,
+        [
+            "not written to OBJ: p0, p1, p2, p3, p4, p5, p6, p7 and 92 more of vertex; \
+             the element e0; the element e1; the element e2; the element e3; the element e4; \
+             the element e5; the element e6; the element e7; the element e8; the element e9; \
+             the element e10; 89 more"
+        ]
+    );
 }
 
 /// Finite numbers of every magnitude, and simple ones.

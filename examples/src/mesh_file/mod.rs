@@ -47,6 +47,9 @@ use geometry::Geometry;
 pub use error::{MeshFileError, Place, Problem};
 pub use geometry::VertexNormal;
 
+/// How many things that are lost are named to the user.
+const MOST_LOSSES: usize = 12;
+
 /// A format that can be read and written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum MeshFormat {
@@ -245,6 +248,12 @@ impl MeshFile {
         }
         if format == MeshFormat::Stl && self.geometry.has_loose_vertices() {
             lost.push("vertices of no face".to_owned());
+        }
+        // A hostile header could name millions.
+        let more = lost.len().saturating_sub(MOST_LOSSES);
+        if more > 0 {
+            lost.truncate(MOST_LOSSES);
+            lost.push(format!("{more} more"));
         }
         if !lost.is_empty() {
             notes.push(format!("not written to {format}: {}", lost.join("; ")));

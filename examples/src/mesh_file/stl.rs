@@ -35,10 +35,12 @@ pub(super) struct StlFile {
 
 impl StlFile {
     pub(super) fn parse(bytes: &[u8]) -> Result<(Self, Geometry), MeshFileError> {
-        let length = declared_length(bytes);
-        let text = bytes.trim_ascii_start().get(..5);
-        let is_text = length != Some(bytes.len())
-            && text.is_some_and(|start| start.eq_ignore_ascii_case(b"solid"));
+        // Many binary files begin with the word, too. Then their length tells, or, should
+        // they be cut or have something behind them, a byte that no text has.
+        let first = bytes.trim_ascii_start().get(..5);
+        let is_text = first.is_some_and(|word| word.eq_ignore_ascii_case(b"solid"))
+            && declared_length(bytes) != Some(bytes.len())
+            && !bytes.contains(&0);
         let (triangles, extras) = if is_text {
             read_text(bytes)?
         } else {

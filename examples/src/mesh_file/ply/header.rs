@@ -13,6 +13,9 @@ use super::{
 /// What a program calls the corners of a face.
 const INDICES: [&str; 2] = ["vertex_indices", "vertex_index"];
 
+/// How many properties of an element are named to the user.
+const SHOWN: usize = 8;
+
 /// What one property of an element holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Field {
@@ -208,7 +211,7 @@ impl Header {
                 others.push(name.as_str());
             }
         }
-        let others = others.join(", ");
+        let others = shown(&others);
         if !is_vertex && indices.is_none() {
             self.extras.push(format!("the element {}", element.name));
         } else if !others.is_empty() {
@@ -256,6 +259,16 @@ fn not_understood(error: &ParseError, text: &str) -> MeshFileError {
     Place::Line(number).error(Problem::Header {
         message: format!("\"{line}\" cannot be understood here"),
     })
+}
+
+/// The names, or the first of very many.
+fn shown(names: &[&str]) -> String {
+    let (first, rest) = names.split_at(names.len().min(SHOWN));
+    let mut text = first.join(", ");
+    if !rest.is_empty() {
+        text += &format!(" and {} more", rest.len());
+    }
+    text
 }
 
 /// Whether a property holds one real number.
