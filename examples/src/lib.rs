@@ -17,6 +17,7 @@ pub mod devices;
 pub mod geometry;
 pub mod grasp;
 pub mod hand_proxy;
+pub mod mesh_file;
 pub mod moments;
 pub mod motion;
 pub mod output;

@@ -1,8 +1,10 @@
 //! Files written together or not at all.
 
 use std::{
-    fs, io,
+    fs::{self, File},
+    io::{self, Write as _},
     path::{Path, PathBuf},
+    sync::atomic::{AtomicU32, Ordering},
 };
 
 /// A folder in which a run leaves its files.
@@ -85,6 +87,94 @@ impl OutputFolder {
     }
 }
 
+/// Writes one file, whole or not at all.
+///
+/// The bytes go to a hidden file beside it, which then takes its place in one step. Unless
+/// `force` is set, a file that is there already stays, even if it appeared meanwhile; with
+/// `force`, it is replaced and its permissions are kept. A link is followed, so that the
+/// file behind it is replaced rather than the link.
+///
+/// # Errors
+///
+/// What the file system says, with the path; [`io::ErrorKind::AlreadyExists`] without
+/// `force`. Something else than a file is never replaced.
+pub fn write_new_file(path: &Path, bytes: &[u8], force: bool) -> io::Result<()> {
+    put_in_place(path, bytes, force).map_err(|error| named(path, &error))
+}
+
+fn put_in_place(path: &Path, bytes: &[u8], force: bool) -> io::Result<()> {
+    // The link itself, should it lead nowhere.
+    let occupied = path.symlink_metadata().is_ok();
+    if occupied && !force {
+        return Err(already_there());
+    }
+    let mut target = path.to_owned();
+    let mut permissions = None;
+    if occupied {
+        target = path.canonicalize()?;
+        let metadata = target.metadata()?;
+        if !metadata.is_file() {
+            return Err(io::Error::other("in the way: not a file"));
+        }
+        permissions = Some(metadata.permissions());
+    }
+    let (unfinished, mut file) = Unfinished::create_beside(&target)?;
+    file.write_all(bytes)?;
+    if let Some(permissions) = permissions {
+        file.set_permissions(permissions)?;
+    }
+    // Otherwise a power cut could leave the name without the contents.
+    file.sync_all()?;
+    drop(file);
+    if force {
+        return fs::rename(&unfinished.0, &target);
+    }
+    // A hard link, unlike renaming, fails if the name has been taken in the meantime.
+    match fs::hard_link(&unfinished.0, &target) {
+        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => Err(already_there()),
+        Ok(()) => Ok(()),
+        // Some file systems have no hard links: take the name, then fill it.
+        Err(_) => {
+            File::create_new(&target)?;
+            fs::rename(&unfinished.0, &target).inspect_err(|_| {
+                // Ours, and empty.
+                let _ignored = fs::remove_file(&target);
+            })
+        }
+    }
+}
+
+fn already_there() -> io::Error {
+    io::Error::new(io::ErrorKind::AlreadyExists, "there is such a file already")
+}
+
+/// A file of our own that goes away.
+struct Unfinished(PathBuf);
+
+impl Unfinished {
+    fn create_beside(path: &Path) -> io::Result<(Self, File)> {
+        static COUNT: AtomicU32 = AtomicU32::new(0);
+        // A run that was killed may have left one that has our number.
+        for _ in 0..100 {
+            let count = COUNT.fetch_add(1, Ordering::Relaxed);
+            let name = format!(".unfinished-{}-{count}", std::process::id());
+            let beside = path.with_file_name(name);
+            match File::create_new(&beside) {
+                Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
+                result => return result.map(|file| (Self(beside), file)),
+            }
+        }
+        Err(io::Error::other("no name is left for an unfinished file"))
+    }
+}
+
+impl Drop for Unfinished {
+    fn drop(&mut self) {
+        // Gone already if it was renamed.
+        let _ignored = fs::remove_file(&self.0);
+    }
+}
+
 fn named(path: &Path, error: &io::Error) -> io::Error {
     io::Error::new(error.kind(), format!("{}: {error}", path.display()))
 }
@@ -139,6 +229,60 @@ mod tests {
         );
         assert_eq!(fs::read(path.join("report.json")).expect("there"), b"1");
         assert_eq!(fs::read_dir(&path).expect("there").count(), 3);
+        fs::remove_dir_all(root).expect("ours");
+    }
+
+    #[test]
+    fn a_file_is_replaced_only_when_told() {
+        let root = std::env::temp_dir().join(format!("write-new-file-{}", std::process::id()));
+        fs::create_dir_all(&root).expect("writable");
+        let path = root.join("mesh.obj");
+        let names = || fs::read_dir(&root).expect("there").count();
+
+        write_new_file(&path, b"1", false).expect("free");
+        let error = write_new_file(&path, b"2", false).expect_err("taken");
+        assert_eq!(error.kind(), io::ErrorKind::AlreadyExists);
+        assert!(error.to_string().contains("mesh.obj: "), "{error}");
+        assert_eq!(fs::read(&path).expect("there"), b"1");
+        write_new_file(&path, b"3", true).expect("writable");
+        assert_eq!(fs::read(&path).expect("there"), b"3");
+        assert_eq!(names(), 1, "nothing is left beside it");
+
+        // Of many that write at once, one wins, and what it wrote is whole.
+        let raced = root.join("raced.obj");
+        let winners: usize = std::thread::scope(|scope| {
+            let write = |byte| write_new_file(&raced, &[byte; 1000], false);
+            let threads: Vec<_> = (0..8)
+                .map(|byte| scope.spawn(move || write(byte)))
+                .collect();
+            let results = threads.into_iter().map(|t| t.join().expect("no panic"));
+            results.filter(Result::is_ok).count()
+        });
+        assert_eq!(winners, 1);
+        let bytes = fs::read(&raced).expect("there");
+        assert_eq!(bytes, [bytes[0]; 1000]);
+        assert_eq!(names(), 2);
+
+        // A folder is never replaced.
+        let folder = root.join("folder");
+        fs::create_dir(&folder).expect("writable");
+        for force in [false, true] {
+            write_new_file(&folder, b"4", force).expect_err("in the way");
+        }
+        assert!(folder.is_dir());
+        write_new_file(&root.join("nowhere/mesh.obj"), b"5", true).expect_err("no folder");
+        assert_eq!(names(), 3);
+
+        #[cfg(unix)]
+        {
+            let link = root.join("link.obj");
+            std::os::unix::fs::symlink(&path, &link).expect("writable");
+            write_new_file(&link, b"6", false).expect_err("taken");
+            write_new_file(&link, b"7", true).expect("writable");
+            assert!(link.is_symlink());
+            assert_eq!(fs::read(&path).expect("there"), b"7");
+            write_new_file(Path::new("/dev/null"), b"8", true).expect_err("a device");
+        }
         fs::remove_dir_all(root).expect("ours");
     }
 }
