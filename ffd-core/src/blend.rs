@@ -8,7 +8,17 @@
 
 use crate::bspline::{MAX_ORDER, Real};
 
-/// `Σ weights[n] · terms[n]`, from the first to the last.
+/// The displacements of the control points that act on a cell.
+///
+/// A trait and not a closure: everything within a kernel must be inlined into it, or its
+/// vectors would travel through memory, and closures cannot be told to be.
+pub(crate) trait Block<T, const D: usize> {
+    /// One component of that of the control point with the given index along each axis,
+    /// counted from the first one that acts on the cell.
+    fn component(&self, index: [usize; D], component: usize) -> T;
+}
+
+/// `Σ term(n)` for n below a count, from the first to the last.
 macro_rules! sum {
     ($count:expr, $n:ident => $term:expr) => {{
         let mut sum = {
@@ -22,100 +32,118 @@ macro_rules! sum {
     }};
 }
 
-/// The displacement: `weights[axis]` holds the basis functions along each axis, `block`
-/// gives the displacements of the control points of the cell.
+/// The displacement: `weights[axis]` holds the basis functions along each axis.
 #[inline(always)]
-pub(crate) fn blend<T, V: Real<T>, const D: usize>(
+pub(crate) fn blend<T, V, B, const D: usize>(
     order: [usize; D],
     weights: &[[V; MAX_ORDER]; D],
-    block: impl Fn([usize; D]) -> [T; D],
+    block: &B,
     zero: V,
 ) -> [V; D]
 where
     T: Copy,
+    V: Real<T>,
+    B: Block<T, D>,
 {
     let mut out = [zero; D];
-    for i in 0..order[0] {
-        let mut plane = [zero; D];
-        if D == 2 {
-            for c in 0..D {
-                plane[c] = sum!(order[1], j => weights[1][j] * block(index([i, j, 0]))[c]);
-            }
-        } else {
-            for j in 0..order[1] {
-                for c in 0..D {
-                    let row = sum!(order[2], k => weights[2][k] * block(index([i, j, k]))[c]);
-                    let term = weights[1][j] * row;
-                    plane[c] = if j == 0 { term } else { plane[c] + term };
-                }
-            }
-        }
-        for c in 0..D {
-            let term = weights[0][i] * plane[c];
-            out[c] = if i == 0 { term } else { out[c] + term };
-        }
+    for c in 0..D {
+        out[c] = sum!(order[0], i => weights[0][i] * plane(order, weights, block, i, c));
     }
     out
+}
+
+/// The sum over all axes but the first of one component.
+#[inline(always)]
+fn plane<T, V, B, const D: usize>(
+    order: [usize; D],
+    weights: &[[V; MAX_ORDER]; D],
+    block: &B,
+    i: usize,
+    c: usize,
+) -> V
+where
+    T: Copy,
+    V: Real<T>,
+    B: Block<T, D>,
+{
+    if D == 2 {
+        return sum!(order[1], j => weights[1][j] * block.component(index([i, j, 0]), c));
+    }
+    sum!(order[1], j => {
+        let row = sum!(order[2], k => weights[2][k] * block.component(index([i, j, k]), c));
+        weights[1][j] * row
+    })
 }
 
 /// The displacement and its derivatives: `weights[axis]` holds the basis functions and
 /// their slopes. Entry `[a][c]` of the second result is the derivative of component c
 /// along axis a.
 #[inline(always)]
-pub(crate) fn blend_with_partials<T, V: Real<T>, const D: usize>(
+pub(crate) fn blend_with_partials<T, V, B, const D: usize>(
     order: [usize; D],
     weights: &[[[V; MAX_ORDER]; 2]; D],
-    block: impl Fn([usize; D]) -> [T; D],
+    block: &B,
     zero: V,
 ) -> ([V; D], [[V; D]; D])
 where
     T: Copy,
+    V: Real<T>,
+    B: Block<T, D>,
 {
     let mut out = [zero; D];
     let mut partials = [[zero; D]; D];
-    for i in 0..order[0] {
-        // Sums over the other axes, of the values and of the derivatives along them.
-        let mut plane = [zero; D];
-        let mut slopes = [[zero; D]; D];
-        if D == 2 {
-            let [w, dw] = &weights[1];
-            for c in 0..D {
-                plane[c] = sum!(order[1], j => w[j] * block(index([i, j, 0]))[c]);
-                slopes[1][c] = sum!(order[1], j => dw[j] * block(index([i, j, 0]))[c]);
-            }
-        } else {
-            let ([w1, dw1], [w2, dw2]) = (&weights[1], &weights[D - 1]);
-            for j in 0..order[1] {
-                for c in 0..D {
-                    let row = sum!(order[2], k => w2[k] * block(index([i, j, k]))[c]);
-                    let slope = sum!(order[2], k => dw2[k] * block(index([i, j, k]))[c]);
-                    let terms = [w1[j] * row, dw1[j] * row, w1[j] * slope];
-                    if j == 0 {
-                        [plane[c], slopes[1][c], slopes[D - 1][c]] = terms;
-                    } else {
-                        plane[c] = plane[c] + terms[0];
-                        slopes[1][c] = slopes[1][c] + terms[1];
-                        slopes[D - 1][c] = slopes[D - 1][c] + terms[2];
-                    }
-                }
-            }
-        }
+    for c in 0..D {
         let [w, dw] = &weights[0];
-        for c in 0..D {
-            let (value, along) = (w[i] * plane[c], dw[i] * plane[c]);
-            out[c] = if i == 0 { value } else { out[c] + value };
-            partials[0][c] = if i == 0 {
-                along
-            } else {
-                partials[0][c] + along
-            };
+        let [value, slopes @ ..] = plane_with_slopes(order, weights, block, 0, c);
+        out[c] = w[0] * value;
+        partials[0][c] = dw[0] * value;
+        for a in 1..D {
+            partials[a][c] = w[0] * slopes[a - 1];
+        }
+        for i in 1..order[0] {
+            let [value, slopes @ ..] = plane_with_slopes(order, weights, block, i, c);
+            out[c] = out[c] + w[i] * value;
+            partials[0][c] = partials[0][c] + dw[i] * value;
             for a in 1..D {
-                let term = w[i] * slopes[a][c];
-                partials[a][c] = if i == 0 { term } else { partials[a][c] + term };
+                partials[a][c] = partials[a][c] + w[i] * slopes[a - 1];
             }
         }
     }
     (out, partials)
+}
+
+/// The sum over all axes but the first of one component, followed by its derivatives
+/// along these axes.
+#[inline(always)]
+fn plane_with_slopes<T, V, B, const D: usize>(
+    order: [usize; D],
+    weights: &[[[V; MAX_ORDER]; 2]; D],
+    block: &B,
+    i: usize,
+    c: usize,
+) -> [V; 3]
+where
+    T: Copy,
+    V: Real<T>,
+    B: Block<T, D>,
+{
+    let [w, dw] = &weights[1];
+    if D == 2 {
+        let value = sum!(order[1], j => w[j] * block.component(index([i, j, 0]), c));
+        let slope = sum!(order[1], j => dw[j] * block.component(index([i, j, 0]), c));
+        return [value, slope, slope];
+    }
+    let [w2, dw2] = &weights[D - 1];
+    let mut sums = [w[0]; 3];
+    for j in 0..order[1] {
+        let row = sum!(order[2], k => w2[k] * block.component(index([i, j, k]), c));
+        let slope = sum!(order[2], k => dw2[k] * block.component(index([i, j, k]), c));
+        let terms = [w[j] * row, dw[j] * row, w[j] * slope];
+        for n in 0..3 {
+            sums[n] = if j == 0 { terms[n] } else { sums[n] + terms[n] };
+        }
+    }
+    sums
 }
 
 /// The first `D` of three indices.

@@ -77,13 +77,43 @@ impl<const D: usize> Lattice<D> {
     #[must_use]
     pub fn evaluate(&self, world: [f64; D]) -> Option<Evaluation<D>> {
         let location = self.grid().locate(world)?;
+        Some(self.evaluate_at(world, &location, [false; D]))
+    }
+
+    /// The deformation at a point outside the domain.
+    pub(crate) fn evaluate_beyond(&self, world: [f64; D], outside: Outside) -> Evaluation<D> {
+        if outside == Outside::Clamp
+            && let Some(location) = self.grid().locate_nearest(world)
+        {
+            let (u, domain) = (self.grid().frame().to_lattice(world), self.grid().domain());
+            let clamped = std::array::from_fn(|i| u[i] < domain[i][0] || u[i] > domain[i][1]);
+            return self.evaluate_at(world, &location, clamped);
+        }
+        Evaluation {
+            position: world,
+            jacobian: std::array::from_fn(|r| std::array::from_fn(|c| unit_entry(r, c))),
+            determinant: 1.0,
+        }
+    }
+
+    /// The deformation of a point that moves as a place of the domain does, whatever
+    /// happens along clamped axes.
+    fn evaluate_at(
+        &self,
+        world: [f64; D],
+        location: &Location<D>,
+        clamped: [bool; D],
+    ) -> Evaluation<D> {
         let order = self.grid().order();
         let weights = std::array::from_fn(|axis| {
-            let basis = self.grid().basis(axis, &location);
+            let basis = self.grid().basis(axis, location);
             basis.values_and_slopes(order[axis] - 1, location.t[axis], 0.0, 1.0)
         });
         let block = self.block(location.cell);
-        let (moved, partials) = blend_with_partials(order, &weights, block, 0.0);
+        let (moved, mut partials) = blend_with_partials(order, &weights, &block, 0.0);
+        for axis in (0..D).filter(|&axis| clamped[axis]) {
+            partials[axis] = [0.0; D];
+        }
         let inverse = self.grid().frame().inverse();
         let jacobian: Matrix<D> = std::array::from_fn(|r| {
             std::array::from_fn(|c| {
@@ -94,11 +124,11 @@ impl<const D: usize> Lattice<D> {
                 unit_entry(r, c) + chain
             })
         });
-        Some(Evaluation {
+        Evaluation {
             position: std::array::from_fn(|c| world[c] + moved[c]),
             jacobian,
             determinant: determinant(&jacobian),
-        })
+        }
     }
 
     /// The second derivatives of the deformation at a world point: entry `[r][a][b]` is
@@ -151,7 +181,7 @@ impl<const D: usize> Lattice<D> {
             let basis = self.grid().basis(axis, location);
             basis.values(order[axis] - 1, location.t[axis], 0.0, 1.0)
         });
-        let moved = blend(order, &weights, self.block(location.cell), 0.0);
+        let moved = blend(order, &weights, &self.block(location.cell), 0.0);
         std::array::from_fn(|c| world[c] + moved[c])
     }
 }

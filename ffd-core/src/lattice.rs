@@ -1,5 +1,6 @@
 //! The lattice: a grid and the displacements of its control points.
 
+use crate::blend::Block;
 use crate::bspline::{Axis, Insertion};
 use crate::{Border, FfdError, Grid};
 
@@ -223,33 +224,91 @@ impl<const D: usize> Lattice<D> {
         Ok(out)
     }
 
-    /// The displacements of the control points that act on a cell of the domain, first
-    /// axis fastest; zero for those of an identity border.
-    #[inline(always)]
-    pub(crate) fn block(&self, cell: [usize; D]) -> impl Fn([usize; D]) -> [f64; D] {
+    /// The displacements of the control points that act on a cell of the domain; zero
+    /// for those of an identity border.
+    pub(crate) fn block(&self, cell: [usize; D]) -> CellBlock<'_, D> {
         let per_axis = self.grid.control_points_per_axis();
         let mut stride = [1; D];
         for axis in 1..D {
             stride[axis] = stride[axis - 1] * per_axis[axis - 1];
         }
-        let free = self.grid.border() == Border::Free;
-        let layers: [usize; D] = std::array::from_fn(|axis| self.grid.layers(axis));
-        let start: usize = (0..D).map(|axis| cell[axis] * stride[axis]).sum();
-        move |index| {
-            if free {
-                let offset: usize = (0..D).map(|axis| index[axis] * stride[axis]).sum();
-                return self.displacements[start + offset];
-            }
-            let mut at = 0;
-            for axis in 0..D {
-                let i = (cell[axis] + index[axis]).wrapping_sub(layers[axis]);
-                if i >= per_axis[axis] {
-                    return [0.0; D];
-                }
-                at += i * stride[axis];
-            }
-            self.displacements[at]
+        CellBlock {
+            displacements: &self.displacements,
+            order: self.grid.order(),
+            per_axis,
+            stride,
+            // Wraps around below zero, and then is no control point.
+            first: std::array::from_fn(|axis| cell[axis].wrapping_sub(self.grid.layers(axis))),
         }
+    }
+}
+
+/// See [`Lattice::block`].
+#[derive(Clone, Copy)]
+pub(crate) struct CellBlock<'a, const D: usize> {
+    displacements: &'a [[f64; D]],
+    order: [usize; D],
+    per_axis: [usize; D],
+    stride: [usize; D],
+    first: [usize; D],
+}
+
+impl<const D: usize> CellBlock<'_, D> {
+    /// Where the control point with the given index along an axis is in memory, counted
+    /// from the first that acts on the cell; `None` for one of a border.
+    #[inline(always)]
+    fn offset(&self, axis: usize, index: usize) -> Option<usize> {
+        let i = self.first[axis].wrapping_add(index);
+        (i < self.per_axis[axis]).then(|| i * self.stride[axis])
+    }
+
+    /// Writes all displacements to the beginning of `out`, first axis fastest, and
+    /// returns their number of components.
+    pub(crate) fn gather<T>(&self, out: &mut [T], convert: impl Fn(f64) -> T) -> usize {
+        let row_len = self.order[0] * D;
+        let planes = if D == 3 { self.order[D - 1] } else { 1 };
+        let whole = self.offset(0, 0).is_some() && self.offset(0, self.order[0] - 1).is_some();
+        let rows = out.chunks_exact_mut(row_len);
+        let mut count = 0;
+        for (number, out) in rows.take(planes * self.order[1]).enumerate() {
+            let (j, k) = (number % self.order[1], number / self.order[1]);
+            let plane = if D == 3 {
+                self.offset(D - 1, k)
+            } else {
+                Some(0)
+            };
+            let row = plane.and_then(|plane| Some(plane + self.offset(1, j)?));
+            count += row_len;
+            if let (Some(row), true) = (row, whole) {
+                let row = &self.displacements[row + self.first[0]..][..self.order[0]];
+                for (out, &value) in out.iter_mut().zip(row.as_flattened()) {
+                    *out = convert(value);
+                }
+                continue;
+            }
+            for (i, out) in out.chunks_exact_mut(D).enumerate() {
+                let at = row.and_then(|row| Some(row + self.offset(0, i)?));
+                let value = at.map_or([0.0; D], |at| self.displacements[at]);
+                for (out, value) in out.iter_mut().zip(value) {
+                    *out = convert(value);
+                }
+            }
+        }
+        count
+    }
+}
+
+impl<const D: usize> Block<f64, D> for CellBlock<'_, D> {
+    #[inline(always)]
+    fn component(&self, index: [usize; D], component: usize) -> f64 {
+        let mut at = 0;
+        for axis in 0..D {
+            match self.offset(axis, index[axis]) {
+                Some(offset) => at += offset,
+                None => return 0.0,
+            }
+        }
+        self.displacements[at][component]
     }
 }
 

@@ -41,19 +41,26 @@
 
 mod blend;
 mod bspline;
+mod embedding;
 mod error;
 mod evaluate;
 mod frame;
 mod grid;
+mod kernel;
 mod lattice;
 mod matrix;
+mod scalar;
+mod tangent;
 
 pub use bspline::{Axis, Degree, Knots, MAX_ORDER};
+pub use embedding::Embedding;
 pub use error::FfdError;
 pub use evaluate::{Evaluation, Outside};
 pub use frame::Frame;
 pub use grid::{Border, Grid};
 pub use lattice::Lattice;
+pub use scalar::Scalar;
+pub use tangent::{transform_normal, transform_tangent};
 
 /// Compiles and runs the example of the README.
 #[cfg(doctest)]

@@ -107,9 +107,7 @@ impl<T: Copy> CellBasis<T> {
         one: V,
     ) -> [V; MAX_ORDER] {
         let mut basis = linear(t, zero, one);
-        for p in 2..=degree {
-            self.raise(&mut basis, p, t, zero);
-        }
+        self.raise_to(&mut basis, degree, t, zero);
         basis
     }
 
@@ -123,9 +121,7 @@ impl<T: Copy> CellBasis<T> {
         one: V,
     ) -> [[V; MAX_ORDER]; 2] {
         let mut basis = linear(t, zero, one);
-        for p in 2..degree {
-            self.raise(&mut basis, p, t, zero);
-        }
+        self.raise_to(&mut basis, degree - 1, t, zero);
         let mut slopes = basis;
         if degree == 1 {
             slopes[0] = zero - one;
@@ -173,6 +169,25 @@ impl<T: Copy> CellBasis<T> {
             }
         }
         basis
+    }
+
+    /// Turns functions of degree 1 into those of `degree`.
+    #[inline(always)]
+    fn raise_to<V: Real<T>>(&self, basis: &mut [V; MAX_ORDER], degree: usize, t: V, zero: V) {
+        // Written out, so that where the degree is known to the compiler it unrolls each
+        // step and keeps the functions in registers.
+        if degree >= 2 {
+            self.raise(basis, 2, t, zero);
+        }
+        if degree >= 3 {
+            self.raise(basis, 3, t, zero);
+        }
+        if degree >= 4 {
+            self.raise(basis, 4, t, zero);
+        }
+        if degree >= 5 {
+            self.raise(basis, 5, t, zero);
+        }
     }
 
     /// Turns functions of degree `p − 1` into those of degree `p`.
