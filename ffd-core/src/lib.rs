@@ -43,10 +43,13 @@ mod blend;
 mod bspline;
 mod error;
 mod evaluate;
+#[cfg(feature = "serde")]
+mod form;
 mod frame;
 mod grid;
 mod lattice;
 mod matrix;
+mod sequence;
 
 pub use bspline::{Axis, Degree, Knots, MAX_ORDER};
 pub use error::FfdError;
@@ -54,6 +57,7 @@ pub use evaluate::{Evaluation, Outside};
 pub use frame::Frame;
 pub use grid::{Border, Grid};
 pub use lattice::Lattice;
+pub use sequence::Sequence;
 
 /// Compiles and runs the example of the README.
 #[cfg(doctest)]
