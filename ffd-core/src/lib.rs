@@ -44,12 +44,15 @@ mod bspline;
 mod embedding;
 mod error;
 mod evaluate;
+#[cfg(feature = "serde")]
+mod form;
 mod frame;
 mod grid;
 mod kernel;
 mod lattice;
 mod matrix;
 mod scalar;
+mod sequence;
 mod tangent;
 
 pub use bspline::{Axis, Degree, Knots, MAX_ORDER};
@@ -60,6 +63,7 @@ pub use frame::Frame;
 pub use grid::{Border, Grid};
 pub use lattice::Lattice;
 pub use scalar::Scalar;
+pub use sequence::Sequence;
 pub use tangent::{transform_normal, transform_tangent};
 
 /// Compiles and runs the example of the README.
