@@ -41,6 +41,7 @@
 
 mod blend;
 mod bspline;
+mod bulk;
 mod embedding;
 mod error;
 mod evaluate;
@@ -51,6 +52,7 @@ mod grid;
 mod kernel;
 mod lattice;
 mod matrix;
+mod rows;
 mod scalar;
 mod sequence;
 mod tangent;

@@ -169,7 +169,11 @@ impl Axis {
 
     /// Cells with the same knots around are of the same kind: all cells of a uniform
     /// axis, and all of a clamped one that are `degree − 1` cells away from both ends.
+    #[inline]
     pub(crate) fn kind_of_cell(&self, cell: usize) -> usize {
+        if self.bases.len() == 1 {
+            return 0;
+        }
         let near = self.near_an_end();
         if cell < near {
             cell
