@@ -77,9 +77,14 @@ impl<const D: usize> Lattice<D> {
     #[must_use]
     pub fn evaluate(&self, world: [f64; D]) -> Option<Evaluation<D>> {
         let location = self.grid().locate(world)?;
+        Some(self.evaluate_at(world, &location))
+    }
+
+    /// Image, Jacobian and determinant of a point at a known place.
+    pub(crate) fn evaluate_at(&self, world: [f64; D], location: &Location<D>) -> Evaluation<D> {
         let order = self.grid().order();
         let weights = std::array::from_fn(|axis| {
-            let basis = self.grid().basis(axis, &location);
+            let basis = self.grid().basis(axis, location);
             basis.values_and_slopes(order[axis] - 1, location.t[axis], 0.0, 1.0)
         });
         let block = self.block(location.cell);
@@ -94,11 +99,11 @@ impl<const D: usize> Lattice<D> {
                 unit_entry(r, c) + chain
             })
         });
-        Some(Evaluation {
+        Evaluation {
             position: std::array::from_fn(|c| world[c] + moved[c]),
             jacobian,
             determinant: determinant(&jacobian),
-        })
+        }
     }
 
     /// The second derivatives of the deformation at a world point: entry `[r][a][b]` is

@@ -47,6 +47,7 @@ mod evaluate;
 mod form;
 mod frame;
 mod grid;
+mod inverse;
 mod lattice;
 mod matrix;
 mod sequence;
@@ -56,6 +57,7 @@ pub use error::FfdError;
 pub use evaluate::{Evaluation, Outside};
 pub use frame::Frame;
 pub use grid::{Border, Grid};
+pub use inverse::{Inverse, InverseError, Preimage, UndoReport};
 pub use lattice::Lattice;
 pub use sequence::Sequence;
 
