@@ -82,7 +82,7 @@ impl<const D: usize> Lattice<D> {
     #[must_use]
     pub fn evaluate(&self, world: [f64; D]) -> Option<Evaluation<D>> {
         let location = self.grid().locate(world)?;
-        Some(self.evaluate_at(world, &location, [false; D]))
+        Some(self.evaluate_at(world, &location))
     }
 
     /// The deformation at a point outside the domain.
@@ -92,7 +92,7 @@ impl<const D: usize> Lattice<D> {
         {
             let (u, domain) = (self.grid().frame().to_lattice(world), self.grid().domain());
             let clamped = std::array::from_fn(|i| u[i] < domain[i][0] || u[i] > domain[i][1]);
-            return self.evaluate_at(world, &location, clamped);
+            return self.evaluate_clamped(world, &location, clamped);
         }
         Evaluation {
             position: world,
@@ -101,9 +101,14 @@ impl<const D: usize> Lattice<D> {
         }
     }
 
-    /// The deformation of a point that moves as a place of the domain does, whatever
-    /// happens along clamped axes.
-    fn evaluate_at(
+    /// Image, Jacobian and determinant of a point at a known place.
+    pub(crate) fn evaluate_at(&self, world: [f64; D], location: &Location<D>) -> Evaluation<D> {
+        self.evaluate_clamped(world, location, [false; D])
+    }
+
+    /// The same for a point that moves as a place of the domain does, whatever happens
+    /// along clamped axes.
+    fn evaluate_clamped(
         &self,
         world: [f64; D],
         location: &Location<D>,

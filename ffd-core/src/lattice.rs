@@ -264,6 +264,12 @@ impl<'a, const D: usize> CellBlock<'a, D> {
         (i < self.per_axis[axis]).then(|| i * self.stride[axis])
     }
 
+    /// The displacement of the control point with the given index along each axis,
+    /// counted from the first that acts on the cell.
+    pub(crate) fn displacement(&self, index: [usize; D]) -> [f64; D] {
+        std::array::from_fn(|c| self.component(index, c))
+    }
+
     /// The displacements where they are in memory; `None` if some are of a border.
     #[inline(always)]
     pub(crate) fn rows(&self) -> Option<Rows<'a>> {

@@ -39,6 +39,11 @@
 //! # Ok::<(), ffd_core::FfdError>(())
 //! ```
 
+#![allow(
+    clippy::needless_range_loop,
+    reason = "axes and components index several arrays at once, as in the formulas"
+)]
+
 mod blend;
 mod bspline;
 mod bulk;
@@ -49,6 +54,7 @@ mod evaluate;
 mod form;
 mod frame;
 mod grid;
+mod inverse;
 mod kernel;
 mod lattice;
 mod matrix;
@@ -63,6 +69,7 @@ pub use error::FfdError;
 pub use evaluate::{Evaluation, Outside};
 pub use frame::Frame;
 pub use grid::{Border, Grid};
+pub use inverse::{Inverse, InverseError, Preimage, UndoReport};
 pub use lattice::Lattice;
 pub use scalar::Scalar;
 pub use sequence::Sequence;

@@ -1,5 +1,9 @@
 //! What runs in every frame allocates nothing. A program of its own, because it counts
 //! the allocations of the whole process.
+#![expect(
+    clippy::cast_possible_truncation,
+    reason = "single precision is wanted"
+)]
 
 use allocation_counter::measure;
 use ffd_core::{Border, Degree, Embedding, Frame, Grid, Lattice, Outside};
@@ -38,8 +42,12 @@ fn deforming_a_bound_mesh_allocates_nothing() {
             bound
                 .deform_with_normals_into(&lattice, &points, &mut out, &mut normals)
                 .unwrap();
-            lattice.deform_points::<f64, _>(&mut out, Outside::Keep).unwrap();
-            lattice.deform_points::<f32, _>(&mut single, Outside::Clamp).unwrap();
+            lattice
+                .deform_points::<f64, _>(&mut out, Outside::Keep)
+                .unwrap();
+            lattice
+                .deform_points::<f32, _>(&mut single, Outside::Clamp)
+                .unwrap();
             out[0] = lattice.deform_point(points[0]);
         });
         assert_eq!(count, 0);

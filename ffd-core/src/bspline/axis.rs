@@ -341,6 +341,7 @@ mod tests {
     }
 
     #[test]
+    #[expect(clippy::float_cmp, reason = "these values are exact")]
     fn one_clamped_cell_has_the_bernstein_polynomials() {
         let axis = Axis::new(Degree::CUBIC, 1, Knots::Clamped).unwrap();
         let mut basis = [[f64::NAN; MAX_ORDER]; 1];
@@ -351,6 +352,7 @@ mod tests {
     }
 
     #[test]
+    #[expect(clippy::float_cmp, reason = "these values are exact")]
     fn second_derivatives_of_a_line_vanish() {
         let axis = Axis::new(Degree::LINEAR, 1, Knots::Uniform).unwrap();
         let mut basis = [[f64::NAN; MAX_ORDER]; 3];
