@@ -6,13 +6,15 @@
 //!        └ hand_proxy ── the virtual hand, which does not enter the object
 //!             └ touch ── contacts of the fingertips
 //!                  └ grasp ── which fingertips hold the object
-//!                       └ soft_body ── deformed positions, tree brought up to date
+//!                       └ soft_body ── deformed positions (deformer: elastic solid or
+//!                            │         lattice), tree brought up to date
 //!                            └ session ── frame records, snapshots
 //!                                 └ report | picture | vtu | object file
 //! ```
 //!
 //! One direction, one owner per arrow. See [`session::run`].
 
+pub mod deformer;
 pub mod devices;
 pub mod geometry;
 pub mod grasp;

@@ -3,6 +3,7 @@
 #![expect(clippy::float_cmp, reason = "equal runs are equal to the last bit")]
 
 use examples::{
+    deformer::DeformerKind,
     devices::{Device, Fault, FaultKind},
     geometry::Rigid,
     grasp::{GraspEvent, GraspRules, Phase},
@@ -26,7 +27,7 @@ const FRAMES: usize = 450;
 
 fn body(kind: ObjectKind, cells: u32) -> SoftBody {
     let resolution = Resolution::new(cells).expect("in range");
-    SoftBody::new(Object::build(kind, resolution).expect("sound")).expect("one piece")
+    SoftBody::new(Object::build(kind, resolution).expect("sound"), DeformerKind::Fem).expect("one piece")
 }
 
 fn options(frames: usize, script: &Script) -> SessionOptions {

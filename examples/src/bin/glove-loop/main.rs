@@ -69,7 +69,7 @@ fn run(cli: &Cli) -> Result<(), Error> {
     let model = HandModel::average_right();
     let power_up = Instant::now();
     let object =
-        SoftBody::new(load_object(cli)?).map_err(|error| format!("{}: {error}", cli.object))?;
+        SoftBody::new(load_object(cli)?, cli.deformer).map_err(|error| format!("{}: {error}", cli.object))?;
     let set_up = power_up.elapsed();
     let recording = load_recording(cli)?;
     let mut out = OutputFolder::create(&cli.out).map_err(|e| at_path(&cli.out, &e))?;
@@ -77,7 +77,7 @@ fn run(cli: &Cli) -> Result<(), Error> {
     // A fine object is rehearsed with a coarse one, which costs a tenth of a second.
     let rehearsed = match cli.builtin() {
         Some(kind) if cli.resolution.is_fine() => {
-            SoftBody::new(Object::build(kind, Resolution::default())?)?
+            SoftBody::new(Object::build(kind, Resolution::default())?, cli.deformer)?
         }
         _ => object.clone(),
     };
@@ -118,7 +118,7 @@ fn run(cli: &Cli) -> Result<(), Error> {
 
     let initial_volume_m3 = object.volume_m3();
     let display = object.display().to_vec();
-    let tets = object.body().mesh().tets().to_vec();
+    let tets = object.rest().tets().to_vec();
 
     let progress = progress_bar(options.frames);
     let mut moments = Moments::new(motion.key_moments(), options.frames, options.frame_s);
