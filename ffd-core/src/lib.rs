@@ -41,6 +41,7 @@
 
 mod blend;
 mod bspline;
+mod direct;
 mod error;
 mod evaluate;
 mod frame;
@@ -49,6 +50,7 @@ mod lattice;
 mod matrix;
 
 pub use bspline::{Axis, Degree, Knots, MAX_ORDER};
+pub use direct::{Constraint, DirectError, DirectManipulation, Fit, Merged, Pull, PullOptions};
 pub use error::FfdError;
 pub use evaluate::{Evaluation, Outside};
 pub use frame::Frame;
