@@ -73,7 +73,8 @@ fn elasticity(c: &mut Criterion) {
     }
     group.finish();
 
-    let bodies = CELLS.map(|cells| SoftBody::new(ball(cells), DeformerKind::Fem).expect("a sound body"));
+    let bodies =
+        CELLS.map(|cells| SoftBody::new(ball(cells), DeformerKind::Fem).expect("a sound body"));
     let contacts = bodies
         .each_ref()
         .map(|body| FINGERS.map(|finger| contact(body, finger)).to_vec());

@@ -150,3 +150,73 @@ fn update(c: &mut Criterion) {
     });
     group.finish();
 }
+
+/// Set-up and solution for a few dragged points, and for many.
+fn direct_manipulation(c: &mut Criterion) {
+    let mut group = c.benchmark_group("ffd_direct");
+    // Cubic cells per axis: 8 for the few, 16 for the many.
+    for (cells, count) in [(8, 1), (8, 8), (16, 1000)] {
+        let grid = grid(cells)
+            .with_border(Border::Identity)
+            .expect("uniform knots");
+        let points: Vec<[f64; 3]> = scattered(count, 4)
+            .map(|p| p.map(|c| c * cells as f64))
+            .collect();
+        let displacements: Vec<[f64; 3]> = scattered(count, 5).collect();
+        let mut changes = vec![[0.0; 3]; grid.control_point_count()];
+        let options = PullOptions::default();
+        if count > 100 {
+            group.sample_size(20);
+        }
+        group.bench_function(BenchmarkId::new("set up and solve", count), |b| {
+            b.iter(|| {
+                let mut drag = DirectManipulation::new(&grid, black_box(&points), &options)
+                    .expect("points inside");
+                drag.solve_into(&displacements, &mut changes)
+                    .expect("points apart")
+            });
+        });
+        let mut drag = DirectManipulation::new(&grid, &points, &options).expect("points inside");
+        group.bench_function(BenchmarkId::new("solve", count), |b| {
+            b.iter(|| drag.solve_into(black_box(&displacements), &mut changes));
+        });
+    }
+    group.finish();
+
+    // A point of a squashed hemisphere is pulled, from scratch: the lattice for the
+    // constraint, then all vertices, bound before or not.
+    let vertices = hemisphere();
+    let frame = Frame::of_box([-1.1, -1.1, -0.1], [1.1, 1.1, 0.6], [8; 3]).expect("a box");
+    let grid = Grid::new([Degree::CUBIC; 3], [8; 3], frame).expect("a small lattice");
+    let grid = grid.with_border(Border::Identity).expect("uniform knots");
+    let bound = Embedding::<f64, 3>::new(&grid, &vertices, Outside::Keep).expect("finite");
+    let pull = [Constraint::new([0.0, 0.0, 0.5], [0.0, 0.1, 0.3])];
+    let mut lattice = Lattice::at_rest(grid).expect("a small lattice");
+    let rest = lattice.displacements().to_vec();
+    let mut out = vertices.clone();
+    let mut group = c.benchmark_group("ffd_pull");
+    group.throughput(Throughput::Elements(vertices.len() as u64));
+    group.bench_function("2113 vertices", |b| {
+        b.iter(|| {
+            lattice.set_displacements(&rest).expect("zeros");
+            lattice
+                .pull(black_box(&pull), &PullOptions::default())
+                .expect("one constraint");
+            out.copy_from_slice(&vertices);
+            lattice.deform_points::<f64, _>(&mut out, Outside::Keep)
+        });
+    });
+    group.bench_function("2113 vertices, bound", |b| {
+        b.iter(|| {
+            lattice.set_displacements(&rest).expect("zeros");
+            lattice
+                .pull(black_box(&pull), &PullOptions::default())
+                .expect("one constraint");
+            bound.deform_into(&lattice, &mut out)
+        });
+    });
+    group.finish();
+}
+
+criterion_group!(ffd, evaluation, update, direct_manipulation);
+criterion_main!(ffd);

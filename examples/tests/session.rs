@@ -27,7 +27,11 @@ const FRAMES: usize = 450;
 
 fn body(kind: ObjectKind, cells: u32) -> SoftBody {
     let resolution = Resolution::new(cells).expect("in range");
-    SoftBody::new(Object::build(kind, resolution).expect("sound"), DeformerKind::Fem).expect("one piece")
+    SoftBody::new(
+        Object::build(kind, resolution).expect("sound"),
+        DeformerKind::Fem,
+    )
+    .expect("one piece")
 }
 
 fn options(frames: usize, script: &Script) -> SessionOptions {

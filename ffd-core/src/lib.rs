@@ -47,6 +47,7 @@
 mod blend;
 mod bspline;
 mod bulk;
+mod direct;
 mod embedding;
 mod error;
 mod evaluate;
@@ -64,6 +65,7 @@ mod sequence;
 mod tangent;
 
 pub use bspline::{Axis, Degree, Knots, MAX_ORDER};
+pub use direct::{Constraint, DirectError, DirectManipulation, Fit, Merged, Pull, PullOptions};
 pub use embedding::Embedding;
 pub use error::FfdError;
 pub use evaluate::{Evaluation, Outside};

@@ -115,7 +115,8 @@ impl FreeForm {
 
     pub(super) fn keep_shape(&self, displacements: &[[f64; 3]]) -> Result<Self, DeformerError> {
         let positions = self.rest.positions().iter().zip(displacements);
-        let positions = positions.map(|(&x, &u)| (DVec3::from_array(x) + DVec3::from_array(u)).to_array());
+        let positions =
+            positions.map(|(&x, &u)| (DVec3::from_array(x) + DVec3::from_array(u)).to_array());
         let mesh: Result<TetMesh, MeshError> =
             TetMesh::new(positions.collect(), self.rest.tets().to_vec());
         Ok(Self::new(mesh?)?)
@@ -132,7 +133,9 @@ fn grid_around(positions: &[[f64; 3]]) -> Result<Grid<3>, FfdError> {
     let margin = MARGIN * (high - low).max_element();
     let (low, high) = (low - margin, high + margin);
     let (least, most) = CELLS.into_inner();
-    let cells = ((high - low) / CELL_M).round().clamp(DVec3::splat(least), DVec3::splat(most));
+    let cells = ((high - low) / CELL_M)
+        .round()
+        .clamp(DVec3::splat(least), DVec3::splat(most));
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,

@@ -68,8 +68,8 @@ fn run(cli: &Cli) -> Result<(), Error> {
     }
     let model = HandModel::average_right();
     let power_up = Instant::now();
-    let object =
-        SoftBody::new(load_object(cli)?, cli.deformer).map_err(|error| format!("{}: {error}", cli.object))?;
+    let object = SoftBody::new(load_object(cli)?, cli.deformer)
+        .map_err(|error| format!("{}: {error}", cli.object))?;
     let set_up = power_up.elapsed();
     let recording = load_recording(cli)?;
     let mut out = OutputFolder::create(&cli.out).map_err(|e| at_path(&cli.out, &e))?;
