@@ -16,6 +16,7 @@ use std::{
 use clap::Parser as _;
 use cli::Cli;
 use examples::{
+    deformer::DeformerKind,
     moments::Moments,
     motion::{Motion, NoGrasp, Recording, RecordingSource, Script},
     output::OutputFolder,
@@ -149,7 +150,15 @@ fn run(cli: &Cli) -> Result<(), Error> {
     let json = serde_json::to_string_pretty(&report)? + "\n";
     let mut png = Vec::new();
     contact_sheet(
-        &format!("{}, {} nodes", report.object.name, report.object.nodes),
+        &format!(
+            "{}, {} nodes{}",
+            report.object.name,
+            report.object.nodes,
+            match cli.deformer {
+                DeformerKind::Fem => "",
+                DeformerKind::Ffd => ", in a lattice",
+            }
+        ),
         &moments.into_snapshots(),
         &display,
     )
