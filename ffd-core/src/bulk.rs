@@ -3,6 +3,8 @@
 use fearless_simd::{Level, Simd, dispatch};
 
 use crate::evaluate::{check_point, locate_with};
+use crate::kernel::CHUNK;
+use crate::places::Places;
 use crate::scalar::Scalar;
 use crate::{FfdError, Lattice, Outside};
 
@@ -112,16 +114,17 @@ impl<const D: usize> Lattice<D> {
         P: Copy + Into<[S; D]> + From<[S; D]>,
     {
         // Through a buffer of one type, so that the loop over it is compiled once.
-        const BUFFER: usize = 64;
         let level = Level::new();
-        let mut buffer = [[0.0; D]; BUFFER];
+        let mut buffer = [[0.0; D]; CHUNK];
+        let mut places = Places::new();
         let mut count = 0;
-        for points in points.chunks_mut(BUFFER) {
+        for points in points.chunks_mut(CHUNK) {
             let buffer = &mut buffer[..points.len()];
             for (world, &point) in buffer.iter_mut().zip(&*points) {
                 *world = point.into().map(S::to_f64);
             }
-            count += dispatch!(level, simd => self.deform_buffer(simd, buffer, outside));
+            count +=
+                dispatch!(level, simd => self.deform_buffer(simd, buffer, &mut places, outside));
             for (point, world) in points.iter_mut().zip(&*buffer) {
                 *point = P::from(world.map(S::from_f64));
             }
@@ -131,9 +134,23 @@ impl<const D: usize> Lattice<D> {
 
     /// Deforms finite points that do not lie outside if that is an error.
     #[inline(always)]
-    fn deform_buffer<V: Simd>(&self, simd: V, points: &mut [[f64; D]], outside: Outside) -> usize {
+    fn deform_buffer<V: Simd>(
+        &self,
+        simd: V,
+        points: &mut [[f64; D]],
+        places: &mut Places<D>,
+        outside: Outside,
+    ) -> usize {
+        let together = self.grid().is_cubic_everywhere();
+        if together {
+            places.find(simd, self.grid(), points);
+        }
         let mut count = 0;
-        for world in points {
+        for (i, world) in points.iter_mut().enumerate() {
+            if together && places.is_inside(i) {
+                *world = self.moved_cubic(simd, *world, places.cell(i), &places.weights(i));
+                continue;
+            }
             if let Some(location) = self.grid().locate(*world) {
                 *world = self.moved(simd, *world, &location);
                 continue;

@@ -80,6 +80,8 @@ pub struct Embedding<S, const D: usize> {
 struct Block {
     runs: Range<usize>,
     beyond: Range<usize>,
+    /// Whether the order of cells jumps about in that of points.
+    scattered: bool,
 }
 
 #[derive(Debug, Clone)]
@@ -197,9 +199,13 @@ impl<S: Scalar, const D: usize> Embedding<S, D> {
                 groups,
             });
         }
+        let jumps = located
+            .windows(2)
+            .filter(|pair| pair[1].1 != pair[0].1.wrapping_add(1));
         self.blocks.push(Block {
             runs: first_run..self.runs.len(),
             beyond: first_beyond..self.beyond.len(),
+            scattered: jumps.count() > points.len() / 8,
         });
         Ok(())
     }
@@ -335,8 +341,10 @@ impl<S: Scalar, const D: usize> Embedding<S, D> {
         for (number, block) in self.blocks.iter().enumerate() {
             let points = self.points_of(number);
             let (out, jacobians) = (&mut out[points.clone()], &mut jacobians[points]);
-            touch(out);
-            jacobians.fill([[zero; D]; D]);
+            if block.scattered {
+                touch(out);
+                jacobians.fill([[zero; D]; D]);
+            }
             self.evaluate_block(lattice, block, |i, image, jacobian| {
                 out[i] = P::from(image);
                 jacobians[i] = jacobian;
@@ -369,8 +377,10 @@ impl<S: Scalar, const D: usize> Embedding<S, D> {
             let points = self.points_of(number);
             let normals = &normals[points.clone()];
             let (out, out_normals) = (&mut out[points.clone()], &mut out_normals[points]);
-            touch(out);
-            touch(out_normals);
+            if block.scattered {
+                touch(out);
+                touch(out_normals);
+            }
             self.evaluate_block(lattice, block, |i, image, jacobian| {
                 out[i] = P::from(image);
                 let jacobian = jacobian.map(|row| row.map(S::to_f64));
@@ -426,7 +436,9 @@ impl<S: Scalar, const D: usize> Embedding<S, D> {
         out: &mut [P],
     ) {
         let mut workspace = Workspace::new();
-        touch(out);
+        if block.scattered {
+            touch(out);
+        }
         for run in &self.runs[block.runs.clone()] {
             self.deform_run(level, lattice, run, &mut workspace, out);
         }

@@ -206,21 +206,38 @@ impl<const D: usize> Lattice<D> {
             let basis = self.grid().basis(axis, location);
             weights[axis] = basis.values(degree, location.t[axis], 0.0, 1.0);
         }
-        let block = self.block(location.cell);
-        let moved = if is_cubic {
-            match block.rows() {
-                Some(rows) => cubic(simd, rows, &weights),
-                None => cubic_at_border(simd, &block, &weights),
-            }
-        } else {
-            blend(order, &weights, &block, 0.0)
-        };
-        let mut image = world;
-        for c in 0..D {
-            image[c] += moved[c];
+        if is_cubic {
+            return self.moved_cubic(simd, world, location.cell, &weights);
         }
-        image
+        let block = self.block(location.cell);
+        add(world, blend(order, &weights, &block, 0.0))
     }
+
+    /// The image of a point of a cell of a cubic lattice, with the basis functions there.
+    #[inline(always)]
+    pub(crate) fn moved_cubic<S: Simd>(
+        &self,
+        simd: S,
+        world: [f64; D],
+        cell: [usize; D],
+        weights: &[[f64; MAX_ORDER]; D],
+    ) -> [f64; D] {
+        let block = self.block(cell);
+        let moved = match block.rows() {
+            Some(rows) => cubic(simd, rows, weights),
+            None => cubic_at_border(simd, &block, weights),
+        };
+        add(world, moved)
+    }
+}
+
+#[inline(always)]
+fn add<const D: usize>(a: [f64; D], b: [f64; D]) -> [f64; D] {
+    let mut sum = a;
+    for c in 0..D {
+        sum[c] += b[c];
+    }
+    sum
 }
 
 /// In a cell some of whose control points are fixed ones of an identity border, which

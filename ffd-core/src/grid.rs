@@ -299,6 +299,12 @@ impl<const D: usize> Grid<D> {
         self.axes.each_ref().map(|axis| axis.degree().order())
     }
 
+    /// Whether all cells of the domain have the same cubic basis along all axes.
+    pub(crate) fn is_cubic_everywhere(&self) -> bool {
+        let uniform = |axis: &Axis| axis.bases().len() == 1;
+        self.order() == [4; D] && self.axes.iter().all(uniform)
+    }
+
     /// The cell of a world point; `None` outside the domain and for points that are not
     /// finite.
     #[inline(always)]

@@ -59,6 +59,7 @@ mod inverse;
 mod kernel;
 mod lattice;
 mod matrix;
+mod places;
 mod rows;
 mod scalar;
 mod sequence;
