@@ -2,14 +2,27 @@
 //!
 //! A lattice of control points lies around an object. Moving a control point
 //! moves the space near it, and the object with it (T. Sederberg, S. Parry,
-//! *Free-form deformation of solid geometric models*, SIGGRAPH 1986; here with
-//! uniform B-splines in place of Bernstein polynomials, so that a control point
-//! acts only nearby).
+//! *Free-form deformation of solid geometric models*, SIGGRAPH 1986; with B-splines in
+//! place of Bernstein polynomials, so that a control point acts only nearby: J. Gain,
+//! N. Dodgson, *Preventing self-intersection under free-form deformation*, IEEE
+//! Transactions on Visualization and Computer Graphics 7(4), 2001, section 3).
 //!
-//! * [`Lattice`] holds the displacements of the control points, deforms points
-//!   and gives the Jacobian of the deformation.
-//! * [`Frame`] places a lattice in the world: any affine box.
-//! * [`Degree`] and [`uniform_basis`] are the B-splines underneath.
+//! | to | use |
+//! |---|---|
+//! | lay cells around an object | [`Frame`], [`Grid`], with [`Knots`] and [`Border`] |
+//! | move control points | [`Lattice`] |
+//! | drag points of the object itself | [`Lattice::pull`], [`DirectManipulation`] |
+//! | deform a point, with Jacobian or second derivatives | [`Lattice::deform_point`], [`Lattice::evaluate`], [`Lattice::second_derivatives`] |
+//! | deform many points once | [`Lattice::deform_points`] |
+//! | deform a mesh in every frame | [`Embedding`] |
+//! | take normals and tangents along | [`Embedding::deform_with_normals_into`], [`transform_normal`], [`transform_tangent`] |
+//! | apply several deformations | [`Sequence`] |
+//! | go back | [`Lattice::inverse_point`], [`Inverse`], [`Sequence::undo_points`] |
+//! | cut cells without changing anything | [`Lattice::refine`] |
+//! | store | features `serde`: see [Files](#files) |
+//!
+//! Points are `[f64; D]`; functions over many points take slices of any vector type that
+//! converts to and from `[f64; D]` or `[f32; D]`: arrays, glam, nalgebra, mint, cgmath.
 //!
 //! # Conventions
 //!
@@ -18,6 +31,31 @@
 //! the outermost rest on the ends of the box. Displacements are world vectors in
 //! *linear order*: control point (i, j, k) of an nx × ny × nz lattice is number
 //! i + nx (j + ny k). Matrices are row-major, `m[row][column]`.
+//!
+//! # Files
+//!
+//! With feature `serde`, a lattice is read and written as
+//!
+//! ```json
+//! {"degree": [3, 3], "cells": [1, 1], "knots": ["uniform", "uniform"],
+//!  "origin": [0, 0], "axes": [[1, 0], [0, 1]], "border": "free",
+//!  "displacements": [[0, 0], [0.5, 0]]}
+//! ```
+//!
+//! (with sixteen displacements in place of the two shown): `origin` is the world position
+//! of lattice coordinate 0, `axes` the world vectors of one cell, `displacements` world
+//! vectors in linear order. `knots` and `border` may be left out. A sequence is
+//! `{"sequence": [lattice, …]}`. Reading checks everything that the constructors check;
+//! with serde_json, enable its feature `float_roundtrip`, or the last digit of some
+//! numbers is lost.
+//!
+//! # Limits
+//!
+//! A deformation with large displacements can fold; `det J > 0` at some points, from
+//! [`Lattice::evaluate`], does not prove the contrary. With a [free](Border::Free) border,
+//! points outside stay where they are and space is torn along the box; with an
+//! [identity](Border::Identity) border it is not. Only vertices are deformed: straight
+//! edges between them stay straight.
 //!
 //! # Example
 //!
