@@ -148,40 +148,33 @@ impl Cholesky {
         }
     }
 
-    /// The smallest pivot, the square of a diagonal entry of the factor, relative to
-    /// `reference` of the same unknown.
-    pub(super) fn smallest_pivot(&self, reference: impl Fn(usize) -> f64) -> f64 {
+    /// The smallest pivot: the square of a diagonal entry of the factor.
+    pub(super) fn smallest_pivot(&self) -> f64 {
         let mut smallest = f64::INFINITY;
-        let mut visit = |unknown: usize, entry: f64| {
-            smallest = smallest.min(entry * entry / reference(unknown));
-        };
-        let (symbolic, values) = match &*self.factor {
+        let mut visit = |entry: f64| smallest = smallest.min(entry * entry);
+        match &*self.factor {
             Factor::Dense { order, values } => {
                 for j in 0..*order {
-                    visit(j, values[j * (order + 1)]);
-                }
-                return smallest;
-            }
-            Factor::Sparse { symbolic, values } => (symbolic, values),
-        };
-        let order = symbolic.perm().map(|perm| perm.arrays().0);
-        let original = |k: usize| order.map_or(k, |order| order[k]);
-        match symbolic.raw() {
-            SymbolicCholeskyRaw::Simplicial(structure) => {
-                // Each column of the factor starts on the diagonal.
-                for (k, &start) in structure.col_ptr()[..structure.ncols()].iter().enumerate() {
-                    visit(original(k), values[start]);
+                    visit(values[j * (order + 1)]);
                 }
             }
-            SymbolicCholeskyRaw::Supernodal(structure) => {
-                let factor = SupernodalLltRef::new(structure, values);
-                for s in 0..structure.n_supernodes() {
-                    let node = factor.supernode(s);
-                    for j in 0..node.val().ncols() {
-                        visit(original(node.start() + j), node.val()[(j, j)]);
+            Factor::Sparse { symbolic, values } => match symbolic.raw() {
+                SymbolicCholeskyRaw::Simplicial(structure) => {
+                    // Each column of the factor starts on the diagonal.
+                    for &start in &structure.col_ptr()[..structure.ncols()] {
+                        visit(values[start]);
                     }
                 }
-            }
+                SymbolicCholeskyRaw::Supernodal(structure) => {
+                    let factor = SupernodalLltRef::new(structure, values);
+                    for s in 0..structure.n_supernodes() {
+                        let node = factor.supernode(s);
+                        for j in 0..node.val().ncols() {
+                            visit(node.val()[(j, j)]);
+                        }
+                    }
+                }
+            },
         }
         smallest
     }

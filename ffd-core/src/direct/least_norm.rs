@@ -28,7 +28,7 @@ use super::{
     sparse::{Gram, SparseRows},
 };
 
-/// Pivots below this, relative to the diagonal, count as zero: the row is a combination
+/// Pivots below this, relative to the largest diagonal entry, count as zero: the row is a combination
 /// of others. A factor with larger ones has four correct digits, and steps converge.
 const SMALLEST_PIVOT: f64 = 1e-12;
 
@@ -48,11 +48,12 @@ const FILTER: f64 = 5e-11;
 /// rows × columns × the smaller of the two, are small: it takes a fraction of a second.
 const SMALL: usize = 30_000_000;
 
-/// Singular values below this, relative to the largest, count as zero.
-const SMALLEST_SINGULAR_VALUE: f64 = 1e-13;
-
-/// Steps at most. Each one that is taken is shorter than the one before.
+/// Steps at most.
 const STEPS: usize = 40;
+
+/// By how much the sum of the squares of a step must be below that of the step before:
+/// steps of rounding errors do not get shorter.
+const SHORTER: f64 = 0.8;
 
 /// A system, ready to be solved for many right-hand sides, `D` at a time.
 #[derive(Debug, Clone)]
@@ -87,11 +88,17 @@ enum Method {
 }
 
 impl<const D: usize> LeastNorm<D> {
-    /// Factors what is needed. The error is what the last factorisation said.
-    pub(super) fn new(matrix: SparseRows, damping: f64) -> Result<Self, String> {
+    /// Factors what is needed. Singular values below `negligible`, relative to the
+    /// largest, may count as zero. The error is what the last factorisation said.
+    pub(super) fn new(matrix: SparseRows, damping: f64, negligible: f64) -> Result<Self, String> {
+        let method = choose::<D>(&matrix, damping, negligible)?;
+        Ok(Self::with_method(matrix, damping, method))
+    }
+
+    fn with_method(matrix: SparseRows, damping: f64, method: Method) -> Self {
         let (rows, columns) = (matrix.row_count(), matrix.column_count());
-        Ok(Self {
-            method: choose::<D>(&matrix, damping)?,
+        Self {
+            method,
             matrix,
             damping,
             x: vec![[0.0; D]; columns],
@@ -99,7 +106,7 @@ impl<const D: usize> LeastNorm<D> {
             residual: vec![[0.0; D]; rows],
             dual: vec![[0.0; D]; rows],
             work: vec![[0.0; D]; rows],
-        })
+        }
     }
 
     pub(super) fn matrix(&self) -> &SparseRows {
@@ -124,26 +131,26 @@ impl<const D: usize> LeastNorm<D> {
         self.residual.copy_from_slice(b);
         let mut before = f64::INFINITY;
         for _ in 0..STEPS {
-            let small = |(row, r): (usize, &[f64; D])| largest(&[*r]) <= goal(row);
-            if self.damping <= 0.0 && self.residual.iter().enumerate().all(small) {
+            if self.damping <= 0.0 && self.is_met(&goal) {
                 break;
             }
             self.find_step();
-            let length = largest(&self.step);
-            // Also if it is not a number.
-            if !(length < 0.9 * before) {
+            let squares = sum_of_squares(&self.step);
+            if squares.is_nan() || squares >= SHORTER * before {
                 break;
             }
-            before = length;
+            before = squares;
             add(&mut self.x, &self.step);
             self.update_residual(b);
             if self.damping > 0.0 && matches!(self.method, Method::Inverse(_)) {
                 break;
             }
-            if length <= f64::EPSILON * largest(&self.x) {
-                break;
-            }
         }
+    }
+
+    fn is_met(&self, goal: impl Fn(usize) -> f64) -> bool {
+        let met = |(row, r): (usize, &[f64; D])| r.iter().all(|c| c.abs() <= goal(row));
+        self.residual.iter().enumerate().all(met)
     }
 
     fn update_residual(&mut self, b: &[[f64; D]]) {
@@ -209,7 +216,11 @@ impl<const D: usize> LeastNorm<D> {
     }
 }
 
-fn choose<const D: usize>(matrix: &SparseRows, damping: f64) -> Result<Method, String> {
+fn choose<const D: usize>(
+    matrix: &SparseRows,
+    damping: f64,
+    negligible: f64,
+) -> Result<Method, String> {
     let (rows, columns) = (matrix.row_count(), matrix.column_count());
     let by_rows = rows <= columns;
     let mut gram = if by_rows {
@@ -218,7 +229,7 @@ fn choose<const D: usize>(matrix: &SparseRows, damping: f64) -> Result<Method, S
         Gram::of_transposed(matrix)
     };
     let order = gram.order();
-    let largest = (0..order).fold(0.0_f64, |a, j| a.max(gram.diagonal(j)));
+    let largest = largest_diagonal(&gram);
     let smallest = if damping > 0.0 {
         SMALLEST_DAMPED_PIVOT
     } else {
@@ -226,21 +237,11 @@ fn choose<const D: usize>(matrix: &SparseRows, damping: f64) -> Result<Method, S
     };
 
     gram.shift(damping);
-    // Rows may be scaled at will; columns may not: one that hardly occurs in any row is
-    // as good as none.
-    let reference: Vec<f64> = (0..order)
-        .map(|j| {
-            if by_rows {
-                gram.diagonal(j)
-            } else {
-                largest + damping
-            }
-        })
-        .collect();
+    let reference = largest + damping;
     if let Ok(mut factor) = Cholesky::new(&gram, D) {
-        let pivot = factor.smallest_pivot(|j| reference[j]);
+        let pivot = factor.smallest_pivot() / reference;
         if pivot >= SAFE_PIVOT
-            || pivot >= smallest && is_accurate(matrix, by_rows, damping, &mut factor, &reference)
+            || pivot >= smallest && is_accurate(matrix, by_rows, damping, &mut factor)
         {
             return Ok(if by_rows {
                 Method::Rows(factor)
@@ -255,7 +256,7 @@ fn choose<const D: usize>(matrix: &SparseRows, damping: f64) -> Result<Method, S
         let inverse = filtered_inverse(matrix, |sigma, largest| {
             if damping > 0.0 {
                 sigma / (sigma * sigma + damping)
-            } else if sigma > SMALLEST_SINGULAR_VALUE * largest {
+            } else if sigma > negligible * largest {
                 1.0 / sigma
             } else {
                 0.0
@@ -266,8 +267,15 @@ fn choose<const D: usize>(matrix: &SparseRows, damping: f64) -> Result<Method, S
         }
     }
 
+    gram.shift(-damping);
+    filtered::<D>(gram, by_rows)
+}
+
+/// The method for large dependent systems, from one of the two products.
+fn filtered<const D: usize>(mut gram: Gram, by_rows: bool) -> Result<Method, String> {
+    let largest = largest_diagonal(&gram);
     let mut shift = FILTER * largest;
-    gram.shift(shift - damping);
+    gram.shift(shift);
     loop {
         match Cholesky::new(&gram, D) {
             Ok(factor) if by_rows => return Ok(Method::FilteredRows(factor)),
@@ -282,29 +290,23 @@ fn choose<const D: usize>(matrix: &SparseRows, damping: f64) -> Result<Method, S
     }
 }
 
+fn largest_diagonal(gram: &Gram) -> f64 {
+    (0..gram.order()).fold(0.0_f64, |a, j| a.max(gram.diagonal(j)))
+}
+
 /// Whether solutions of `A Aᵀ + μ` or `Aᵀ A + μ` can be refined: not if rounding has put
 /// something in the place of a pivot that is zero.
-fn is_accurate(
-    matrix: &SparseRows,
-    by_rows: bool,
-    damping: f64,
-    factor: &mut Cholesky,
-    reference: &[f64],
-) -> bool {
+fn is_accurate(matrix: &SparseRows, by_rows: bool, damping: f64, factor: &mut Cholesky) -> bool {
     // Any vector rich in all directions serves; this one needs no random source.
-    let scale = |j: usize| reference[j].sqrt();
-    let rhs: Vec<[f64; 1]> = (0..reference.len())
-        .map(|j| [scale(j) * (1.0 + j as f64).sin()])
-        .collect();
+    let (rows, columns) = (matrix.row_count(), matrix.column_count());
+    let (order, other) = if by_rows {
+        (rows, columns)
+    } else {
+        (columns, rows)
+    };
+    let rhs: Vec<[f64; 1]> = (0..order).map(|j| [(1.0 + j as f64).sin()]).collect();
     let (mut x, mut residual) = (vec![[0.0]; rhs.len()], rhs.clone());
-    let mut other = vec![
-        [0.0];
-        if by_rows {
-            matrix.column_count()
-        } else {
-            matrix.row_count()
-        }
-    ];
+    let mut other = vec![[0.0]; other];
     for _ in 0..4 {
         factor.solve(&mut residual);
         add(&mut x, &residual);
@@ -320,7 +322,7 @@ fn is_accurate(
         let mut worst = 0.0_f64;
         for (j, r) in residual.iter_mut().enumerate() {
             r[0] = rhs[j][0] - r[0] - damping * x[j][0];
-            worst = worst.max(r[0].abs() / scale(j));
+            worst = worst.max(r[0].abs());
         }
         if worst <= 1e-8 {
             return true;
@@ -329,12 +331,19 @@ fn is_accurate(
     false
 }
 
-/// The largest component.
-fn largest<const D: usize>(x: &[[f64; D]]) -> f64 {
-    x.as_flattened().iter().fold(0.0, |a, c| {
-        // Unlike `max`, keeps what is not a number.
-        if c.abs() <= a { a } else { c.abs() }
-    })
+fn sum_of_squares<const D: usize>(x: &[[f64; D]]) -> f64 {
+    // Several sums at a time, which a processor can add in parallel.
+    let mut sums = [0.0; 8];
+    let (chunks, rest) = x.as_flattened().as_chunks::<8>();
+    for chunk in chunks {
+        for (sum, c) in sums.iter_mut().zip(chunk) {
+            *sum += c * c;
+        }
+    }
+    for (sum, c) in sums.iter_mut().zip(rest) {
+        *sum += c * c;
+    }
+    sums.iter().sum()
 }
 
 fn add<const D: usize>(x: &mut [[f64; D]], y: &[[f64; D]]) {
@@ -359,4 +368,115 @@ fn subtract_scaled<const D: usize>(
 ) {
     out.copy_from_slice(x);
     add_scaled(out, -factor, y);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Rows that each hold up to six entries side by side, like those of a spline. The
+    /// last `copies` are sums of two of the others.
+    fn matrix(rows: usize, copies: usize, columns: usize) -> impl Strategy<Value = SparseRows> {
+        let row = (0..columns - 6, proptest::array::uniform6(0.1..1.0_f64));
+        let pair = (0..rows - copies, 0..rows - copies);
+        (
+            proptest::collection::vec(row, rows - copies),
+            proptest::collection::vec(pair, copies),
+        )
+            .prop_map(move |(independent, pairs)| {
+                let mut matrix = SparseRows::with_capacity(rows, 12 * rows);
+                let mut dense = vec![vec![0.0; columns]; rows];
+                for (row, (start, values)) in dense.iter_mut().zip(&independent) {
+                    row[*start..start + 6].copy_from_slice(values);
+                }
+                for (k, &(a, b)) in pairs.iter().enumerate() {
+                    for column in 0..columns {
+                        dense[rows - copies + k][column] = dense[a][column] + dense[b][column];
+                    }
+                }
+                for row in dense {
+                    for (column, &value) in row.iter().enumerate() {
+                        if value > 0.0 {
+                            matrix.push(column, value);
+                        }
+                    }
+                    matrix.end_row();
+                }
+                matrix.set_column_count(columns);
+                matrix
+            })
+    }
+
+    fn solve(matrix: SparseRows, method: Method, b: &[[f64; 1]]) -> LeastNorm<1> {
+        let mut system = LeastNorm::with_method(matrix, 0.0, method);
+        system.solve(b, |_| 0.0);
+        system
+    }
+
+    fn distance(a: &[[f64; 1]], b: &[[f64; 1]]) -> f64 {
+        let squares = a.iter().zip(b).map(|(a, b)| (a[0] - b[0]) * (a[0] - b[0]));
+        squares.sum::<f64>().sqrt()
+    }
+
+    fn pseudoinverse(matrix: &SparseRows) -> (Method, f64) {
+        let condition = std::cell::Cell::new(1.0_f64);
+        let inverse = filtered_inverse(matrix, |sigma, largest| {
+            if sigma > 1e-11 * largest {
+                condition.set(condition.get().max(largest / sigma));
+                1.0 / sigma
+            } else {
+                0.0
+            }
+        });
+        (Method::Inverse(inverse.unwrap()), condition.get())
+    }
+
+    fn copy(matrix: &SparseRows) -> SparseRows {
+        // Twice transposed; the order within rows does not matter.
+        matrix.transposed().transposed()
+    }
+
+    proptest! {
+        /// Both filtered methods find the solution that the pseudoinverse gives, for
+        /// dependent rows and right-hand sides that cannot be met.
+        #[test]
+        fn filtered_steps_lead_to_the_pseudoinverse(
+            matrix in matrix(24, 6, 30),
+            b in proptest::collection::vec(proptest::array::uniform1(-1.0..1.0_f64), 24),
+        ) {
+            let (inverse, condition) = pseudoinverse(&matrix);
+            // Beyond, singular values approach those that the filter drops.
+            prop_assume!(condition < 1e3);
+            let expected = solve(copy(&matrix), inverse, &b);
+            let zero = vec![[0.0]; 30];
+            // Rounding errors of 1e-16 |b|, enlarged by (1e-16/λ)²/1e-16 = 2e-11 on the
+            // way in, and by the condition on the way to x.
+            let tolerance = 1e-9 * (1.0 + distance(&expected.x, &zero));
+            for by_rows in [true, false] {
+                let gram = if by_rows { Gram::of(&matrix) } else { Gram::of_transposed(&matrix) };
+                let found = solve(copy(&matrix), filtered::<1>(gram, by_rows).unwrap(), &b);
+                let error = distance(&found.x, &expected.x);
+                prop_assert!(error <= tolerance, "{error} {condition} {by_rows}");
+            }
+        }
+
+        /// The product is the same, dense or sparse, by rows or by columns; so are
+        /// solutions with its factor.
+        #[test]
+        fn dense_and_sparse_agree(matrix in matrix(20, 0, 60)) {
+            let (inverse, condition) = pseudoinverse(&matrix);
+            // Seven rows may share six columns by chance.
+            let dense = Cholesky::new(&Gram::dense(&matrix), 1);
+            prop_assume!(condition < 1e3 && dense.is_ok_and(|f| f.smallest_pivot() > 1e-6));
+            let b: Vec<[f64; 1]> = (0..20).map(|i| [f64::from(i).cos()]).collect();
+            let expected = solve(copy(&matrix), inverse, &b);
+            for gram in [Gram::dense(&matrix), Gram::sparse(&matrix, &matrix.transposed())] {
+                let factor = Cholesky::new(&gram, 1).unwrap();
+                let found = solve(copy(&matrix), Method::Rows(factor), &b);
+                // Steps are refined to some 1e-16 of x, enlarged by the condition.
+                prop_assert!(distance(&found.x, &expected.x) <= 1e-11);
+            }
+        }
+    }
 }

@@ -13,6 +13,14 @@ const TOLERANCE: f64 = 1e-12;
 /// would have to move 1/norm times as far.
 const SMALLEST_NORM: f64 = 1e-12;
 
+/// Combinations of constraints that would need control points to move one over this
+/// times as far as points are left over, if they depend on others but for rounding.
+const NEGLIGIBLE: f64 = 1e-10;
+
+/// The same for exact constraints: as small as rounding allows, for displacements that
+/// vary smoothly.
+const NEGLIGIBLE_EXACT: f64 = 1e-13;
+
 /// Rounding errors that a contradiction leaves in the residuals of constraints which have
 /// no part in it, relative to its size, are smaller than this.
 const INVOLVED: f64 = 1e-6;
@@ -154,6 +162,10 @@ impl<const D: usize> DirectManipulation<D> {
         let mut builder = RowBuilder::new(grid, options.fixed, points.len());
         let mut places: Vec<Place> = Vec::with_capacity(points.len());
         let mut merged = Vec::new();
+        // Only the ratios of weights matter, and with damping that of the two. Nothing
+        // moves if it is as large as this limit.
+        let heaviest = weights.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+        let damping = (damping / heaviest).min(1e200);
         // Of all constraints in a row.
         let mut total_weights: Vec<f64> = Vec::with_capacity(points.len());
         for (constraint, &first) in firsts.iter().enumerate() {
@@ -177,20 +189,25 @@ impl<const D: usize> DirectManipulation<D> {
                 }
             };
             if let Some(row) = place.row {
-                total_weights[row] += weights[constraint];
+                total_weights[row] += weights[constraint] / heaviest;
             }
             places.push(place);
         }
         for (place, weight) in places.iter_mut().zip(weights) {
-            place.share = place.row.map_or(0.0, |row| weight / total_weights[row]);
+            place.share = place
+                .row
+                .map_or(0.0, |row| weight / heaviest / total_weights[row]);
         }
 
         let rows = builder.finish();
-        let scales: Vec<f64> = match options.fit {
+        let (scales, negligible): (Vec<f64>, f64) = match options.fit {
             // Of norm one each: scaling changes nothing but rounding.
-            Fit::Exact => rows.norms.iter().map(|norm| 1.0 / norm).collect(),
+            Fit::Exact => (
+                rows.norms.iter().map(|norm| 1.0 / norm).collect(),
+                NEGLIGIBLE_EXACT,
+            ),
             Fit::LeastSquares | Fit::Damped { .. } => {
-                total_weights.iter().map(|weight| weight.sqrt()).collect()
+                (total_weights.iter().map(|w| w.sqrt()).collect(), NEGLIGIBLE)
             }
         };
         let mut matrix = rows.matrix;
@@ -204,7 +221,7 @@ impl<const D: usize> DirectManipulation<D> {
             targets: vec![[0.0; D]; scales.len()],
             scales,
             control_points: rows.control_points,
-            system: LeastNorm::new(matrix, damping)
+            system: LeastNorm::new(matrix, damping, negligible)
                 .map_err(|reason| DirectError::Factorisation { unknowns, reason })?,
             residuals: vec![[0.0; D]; points.len()],
         })
@@ -330,8 +347,7 @@ impl<const D: usize> DirectManipulation<D> {
         let mut worst = (0, 0.0);
         for row in 0..self.scales.len() {
             let left = left(row);
-            // Also if it is not a number.
-            if !(left <= worst.1) {
+            if left.is_nan() || left > worst.1 {
                 worst = (row, left);
             }
         }

@@ -74,8 +74,9 @@ pub enum Fit {
     /// be. Never refuses: what cannot be met is left over
     /// ([`DirectManipulation::residuals`]).
     ///
-    /// Combinations of constraints that would need control points to move more than about
-    /// 1e5 times as far as points may be left over too.
+    /// Combinations of constraints that would need control points to move many times as
+    /// far as points may be left over too: 1e10 times, and 1e5 times if there are more
+    /// than some 300 constraints and some depend on others.
     LeastSquares,
     /// As least squares, plus `damping` times the sum of squares of the control points'
     /// displacements: soft constraints, which give way rather than move control points

@@ -85,7 +85,8 @@ impl<'a, const D: usize> RowBuilder<'a, D> {
             }
         }
         let entries = rows.matrix.open_row();
-        let norm = entries.iter().map(|w| w * w).sum::<f64>().sqrt();
+        // Not `sum`, which is −0 for no entries.
+        let norm = entries.iter().fold(0.0, |sum, w| sum + w * w).sqrt();
         if norm < smallest {
             rows.matrix.discard_row();
             for control_point in rows.control_points.drain(known..) {
@@ -144,7 +145,7 @@ impl Window {
     }
 
     fn norm(&self) -> f64 {
-        let squares = self.weights[..self.len].iter().map(|w| w * w);
-        squares.sum::<f64>().sqrt()
+        let weights = &self.weights[..self.len];
+        weights.iter().fold(0.0, |sum, w| sum + w * w).sqrt()
     }
 }

@@ -89,6 +89,24 @@ impl SparseRows {
         sum
     }
 
+    /// The product of a row with a vector of numbers.
+    fn row_dot(&self, row: usize, x: &[f64]) -> f64 {
+        // Several sums at a time, which a processor can add in parallel.
+        let mut sums = [0.0; 4];
+        let (columns, values) = self.row(row);
+        let (columns, last_columns) = columns.as_chunks::<4>();
+        let (values, last_values) = values.as_chunks::<4>();
+        for (columns, values) in columns.iter().zip(values) {
+            for lane in 0..4 {
+                sums[lane] += values[lane] * x[columns[lane]];
+            }
+        }
+        for (&column, &value) in last_columns.iter().zip(last_values) {
+            sums[0] += value * x[column];
+        }
+        sums.iter().sum()
+    }
+
     /// `out = A x`.
     pub(super) fn multiply<const D: usize>(&self, x: &[[f64; D]], out: &mut [[f64; D]]) {
         for (row, out) in out.iter_mut().enumerate() {
@@ -187,26 +205,26 @@ impl Gram {
         }
     }
 
-    fn dense(matrix: &SparseRows) -> Self {
+    pub(super) fn dense(matrix: &SparseRows) -> Self {
         let order = matrix.row_count();
         let mut values = vec![0.0; order * order];
-        let mut spread = vec![[0.0]; matrix.column_count()];
+        let mut spread = vec![0.0; matrix.column_count()];
         for j in 0..order {
             let (columns, numbers) = matrix.row(j);
             for (&column, &value) in columns.iter().zip(numbers) {
-                spread[column] = [value];
+                spread[column] = value;
             }
             for i in j..order {
-                [values[i + order * j]] = matrix.row_times(i, &spread);
+                values[i + order * j] = matrix.row_dot(i, &spread);
             }
             for &column in columns {
-                spread[column] = [0.0];
+                spread[column] = 0.0;
             }
         }
         Self::Dense { order, values }
     }
 
-    fn sparse(matrix: &SparseRows, transposed: &SparseRows) -> Self {
+    pub(super) fn sparse(matrix: &SparseRows, transposed: &SparseRows) -> Self {
         let order = matrix.row_count();
         let mut starts = Vec::with_capacity(order + 1);
         let (mut rows, mut values) = (Vec::new(), Vec::new());
