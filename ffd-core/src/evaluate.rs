@@ -98,7 +98,7 @@ impl<const D: usize> Lattice<D> {
 
     /// The deformation of a point that moves as a place of the domain does, whatever
     /// happens along clamped axes.
-    fn evaluate_at(
+    pub(crate) fn evaluate_at(
         &self,
         world: [f64; D],
         location: &Location<D>,

@@ -7,7 +7,8 @@ use crate::{Evaluation, FfdError, Lattice, Outside};
 /// Lattices that are applied in order: what one does to a point is the input of the
 /// next. Their grids need not have anything in common.
 ///
-/// Without lattices it is the identity.
+/// Without lattices it is the identity. See [`Sequence::inverse_point`] for the way
+/// back.
 ///
 /// # Example
 ///
@@ -16,8 +17,8 @@ use crate::{Evaluation, FfdError, Lattice, Outside};
 /// ```
 /// use ffd_core::{Degree, Frame, Grid, Lattice, Sequence};
 ///
-/// let grid = Grid::new([Degree::CUBIC; 2], [2, 2], Frame::unit())?;
-/// let shift = Lattice::new(grid, vec![[0.5, 0.0]; 25])?;
+/// let grid = Grid::new([Degree::LINEAR; 2], [2, 2], Frame::unit())?;
+/// let shift = Lattice::new(grid, vec![[0.5, 0.0]; 9])?;
 /// let sequence = Sequence::new(vec![shift.clone(), shift]);
 /// assert_eq!(sequence.deform_point([0.25, 1.0]), [1.25, 1.0]);
 /// assert_eq!(sequence.deform_point([1.75, 1.0]), [2.25, 1.0]);

@@ -1,5 +1,6 @@
 //! Lattices and sequences as JSON: what is written is read back, and every fault is named.
 #![cfg(feature = "serde")]
+#![expect(clippy::float_cmp, reason = "numbers keep every bit")]
 
 mod common;
 
