@@ -2,7 +2,7 @@
 
 use crate::blend::Block;
 use crate::bspline::{Axis, Insertion};
-use crate::{Border, FfdError, Grid};
+use crate::{FfdError, Grid};
 
 /// A lattice of displaced control points: the deformation `x ↦ x + Σ Bᵢ(x) dᵢ`.
 ///
@@ -260,6 +260,11 @@ impl<const D: usize> CellBlock<'_, D> {
     fn offset(&self, axis: usize, index: usize) -> Option<usize> {
         let i = self.first[axis].wrapping_add(index);
         (i < self.per_axis[axis]).then(|| i * self.stride[axis])
+    }
+
+    /// The displacement of one of the control points.
+    pub(crate) fn displacement(&self, index: [usize; D]) -> [f64; D] {
+        std::array::from_fn(|component| self.component(index, component))
     }
 
     /// Writes all displacements to the beginning of `out`, first axis fastest, and

@@ -206,7 +206,7 @@ impl<const D: usize> Inverse<'_, D> {
         let counts = std::array::from_fn(|axis| cells.len(axis) - 1 + order[axis]);
         let block = self.lattice.block(cells.first);
         let mut hull = [[f64::INFINITY, f64::NEG_INFINITY]; D];
-        for_each_index(counts, |index| extend(&mut hull, block(index)));
+        for_each_index(counts, |index| extend(&mut hull, block.displacement(index)));
         hull
     }
 }

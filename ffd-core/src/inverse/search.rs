@@ -210,7 +210,7 @@ impl<const D: usize> Inverse<'_, D> {
         let order = net.order;
         let block = self.lattice.block(cell);
         net.points.clear();
-        for_each_index(order, |index| net.points.push(block(index)));
+        for_each_index(order, |index| net.points.push(block.displacement(index)));
         let place = Location { cell, t: low };
         for axis in 0..D {
             let basis = grid.basis(axis, &place);

@@ -1,0 +1,102 @@
+//! `ffd undo`: a deformed mesh back through lattices.
+
+use examples::output::write_new_file;
+use ffd_core::{Evaluation, transform_tangent};
+use serde_json::json;
+
+use crate::{
+    Answer, Error,
+    cli::Undo,
+    deform::IDENTITY,
+    files::{self},
+};
+
+pub(crate) fn run(arguments: &Undo) -> Result<Answer, Error> {
+    let Undo {
+        mesh: path,
+        lattice,
+        output,
+    } = arguments;
+    files::check_output(&output.path, output.force, &[path, lattice])?;
+    files::check_format(&output.path)?;
+    let mut mesh = files::read_mesh(path)?;
+    let sequence = files::read_sequence(lattice)?;
+
+    let mut positions = mesh.positions().to_vec();
+    let report = sequence
+        .undo_points(&mut positions)
+        .map_err(|error| format!("{}: {error}", lattice.display()))?;
+    let mut stays = vec![false; positions.len()];
+    for &index in report.not_in_image.iter().chain(&report.unresolved) {
+        stays[index] = true;
+    }
+    let normals = mesh.normals().iter().map(|n| {
+        let vertex = n.vertex as usize;
+        // The image of a finite point that was found from its image is finite.
+        match sequence.evaluate(positions[vertex]) {
+            Some(there) if !stays[vertex] => normal_before(&there, n.normal),
+            _ => n.normal,
+        }
+    });
+    mesh.set_normals(normals.collect());
+    let vertices = positions.len();
+    mesh.set_positions(positions);
+    let bytes = files::encode(&mesh, &output.path)?;
+    write_new_file(&output.path, &bytes, output.force)?;
+
+    let two = report.two_preimages.len();
+    let none = report.not_in_image.len();
+    let unresolved = report.unresolved.len();
+    let of = |count| format!("{count} of {vertices} points");
+    let mut notes = Vec::new();
+    if two > 0 {
+        notes.push(format!(
+            "{} may also have been outside the lattice all the time; taken as deformed",
+            of(two)
+        ));
+    }
+    if none > 0 {
+        notes.push(format!(
+            "{} are not in the image of the deformation and stay where they are",
+            of(none)
+        ));
+    }
+    if unresolved > 0 {
+        notes.push(format!(
+            "{} stay where they are: the deformation folds there, and no origin was found",
+            of(unresolved)
+        ));
+    }
+    notes.extend(files::encoding_notes(&mesh, &output.path));
+    Ok(Answer {
+        json: json!({
+            "vertices": vertices,
+            "two_preimages": two,
+            "not_in_image": none,
+            "unresolved": unresolved,
+        }),
+        notes,
+    })
+}
+
+/// The normal that the deformation has turned into the given one.
+///
+/// Normals follow the cofactors of the Jacobian, `det J · J⁻ᵀ`; so the way back is
+/// `Jᵀ / det J`, of which only the direction counts.
+fn normal_before(there: &Evaluation<3>, normal: [f64; 3]) -> [f64; 3] {
+    let j = there.jacobian;
+    if j == IDENTITY {
+        return normal;
+    }
+    let transpose = [0, 1, 2].map(|r| [0, 1, 2].map(|c| j[c][r]));
+    let direction = transform_tangent(&transpose, normal);
+    let length = direction.iter().map(|c| c * c).sum::<f64>().sqrt();
+    let scale = length.copysign(there.determinant);
+    let before = direction.map(|c| c / scale);
+    // A length that is zero or not finite says nothing.
+    if before.iter().all(|c| c.is_finite()) && length > 0.0 {
+        before
+    } else {
+        normal
+    }
+}
