@@ -12,7 +12,12 @@
 //! ```
 //!
 //! One direction, one owner per arrow. See [`session::run`].
+//!
+//! Beside the loop stand two programs for free-form deformation: `ffd`, which deforms
+//! mesh files, and `warp`, which warps a picture (see [`warp`]). [`command`] is what they
+//! have in common.
 
+pub mod command;
 pub mod devices;
 pub mod geometry;
 pub mod grasp;
@@ -30,3 +35,4 @@ pub mod session;
 pub mod soft_body;
 pub mod touch;
 pub mod vtu;
+pub mod warp;

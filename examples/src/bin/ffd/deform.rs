@@ -57,16 +57,16 @@ fn lattice_name(number: usize, sequence: &Sequence<3>) -> String {
     }
 }
 
-struct Deformed {
-    positions: Vec<[f64; 3]>,
-    normals: Vec<[f64; 3]>,
+pub(crate) struct Deformed {
+    pub(crate) positions: Vec<[f64; 3]>,
+    pub(crate) normals: Vec<[f64; 3]>,
     /// For each lattice, how many points lay outside.
-    outside: Vec<usize>,
+    pub(crate) outside: Vec<usize>,
 }
 
 /// Positions and normals after all lattices; an error comes with the number of the
 /// lattice.
-fn deform(
+pub(crate) fn deform(
     sequence: &Sequence<3>,
     outside: Outside,
     positions: &[[f64; 3]],

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use examples::command::read;
 use ffd_core::Sequence;
 use serde_json::json;
 
@@ -14,7 +15,7 @@ use crate::{
 pub(crate) fn run(arguments: &Eval) -> Result<Answer, Error> {
     let sequence = files::read_any_sequence(&arguments.lattice)?;
     let points: Vec<Vec<f64>> =
-        files::parse_json(&arguments.points, &files::read(&arguments.points)?)?;
+        files::parse_json(&arguments.points, &read(&arguments.points)?)?;
     match sequence {
         AnySequence::Plane(sequence) => evaluate(&sequence, &points, arguments),
         AnySequence::Space(sequence) => evaluate(&sequence, &points, arguments),

@@ -1,26 +1,24 @@
 //! Reading and writing the files of a command.
 
 use std::{
-    fs::{self, File},
-    io::{self, Read as _},
+    fs, io,
     path::{Path, PathBuf},
 };
 
-use examples::mesh_file::{MeshFile, MeshFileError, MeshFormat};
+use examples::{
+    command::read,
+    mesh_file::{MeshFile, MeshFileError, MeshFormat},
+};
 use ffd_core::Sequence;
 use serde::Deserialize;
 use serde::de::{DeserializeOwned, IgnoredAny};
 
-/// Larger files are refused: they would fill the memory of many machines several times.
-const MOST_BYTES: u64 = 1 << 30;
-
 /// Why a file cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum FileError {
-    #[error("{path}: {error}", path = path.display())]
-    Io { path: PathBuf, error: io::Error },
-    #[error("{path}: it has more than {MOST_BYTES} bytes", path = path.display())]
-    TooLarge { path: PathBuf },
+    /// The message of the error begins with the path.
+    #[error(transparent)]
+    Unreadable(#[from] io::Error),
     /// The message of the error ends in line and column.
     #[error("{path}: {error}", path = path.display())]
     Json {
@@ -40,24 +38,6 @@ pub(crate) enum FileError {
     OutputIsInput { path: PathBuf },
     #[error("{path}: two outputs cannot have the same name", path = path.display())]
     SameOutput { path: PathBuf },
-}
-
-/// Reads a file that is not too large.
-pub(crate) fn read(path: &Path) -> Result<Vec<u8>, FileError> {
-    let at_path = |error| FileError::Io {
-        path: path.to_owned(),
-        error,
-    };
-    let mut bytes = Vec::new();
-    // Not all files say how large they are, and some have no end.
-    let mut file = File::open(path).map_err(at_path)?.take(MOST_BYTES + 1);
-    file.read_to_end(&mut bytes).map_err(at_path)?;
-    if bytes.len() as u64 > MOST_BYTES {
-        return Err(FileError::TooLarge {
-            path: path.to_owned(),
-        });
-    }
-    Ok(bytes)
 }
 
 /// Reads a mesh of whatever format its name promises.
