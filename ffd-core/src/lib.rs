@@ -41,6 +41,7 @@
 
 mod blend;
 mod bspline;
+mod direct;
 mod embedding;
 mod error;
 mod evaluate;
@@ -57,6 +58,7 @@ mod sequence;
 mod tangent;
 
 pub use bspline::{Axis, Degree, Knots, MAX_ORDER};
+pub use direct::{Constraint, DirectError, DirectManipulation, Fit, Merged, Pull, PullOptions};
 pub use embedding::Embedding;
 pub use error::FfdError;
 pub use evaluate::{Evaluation, Outside};
