@@ -117,7 +117,10 @@ mod tests {
     #[test]
     fn messages_stay_on_one_line() {
         assert_eq!(on_one_line("a\nb\u{1b}[0m é"), "a\\nb\\u{1b}[0m é");
-        assert_eq!(on_one_line(&"x".repeat(10_000)).chars().count(), LONGEST + 1);
+        assert_eq!(
+            on_one_line(&"x".repeat(10_000)).chars().count(),
+            LONGEST + 1
+        );
     }
 
     #[test]

@@ -96,7 +96,11 @@ fn ball() -> String {
                 std::f64::consts::PI * f64::from(ring) / f64::from(rings),
                 std::f64::consts::TAU * f64::from(step) / f64::from(around),
             );
-            let [x, y, z] = [polar.sin() * turn.cos(), polar.cos(), polar.sin() * turn.sin()];
+            let [x, y, z] = [
+                polar.sin() * turn.cos(),
+                polar.cos(),
+                polar.sin() * turn.sin(),
+            ];
             writeln!(text, "v {x} {y} {z}\nvn {x} {y} {z}").expect("memory");
         }
     }
@@ -122,13 +126,20 @@ fn ball() -> String {
 /// A lattice around the ball that bends it without folding: neighbouring control points
 /// differ by less than half a cell.
 fn bend(border: Border) -> Lattice<3> {
-    let frame = Frame::new([-1.1; 3], [[0.55, 0.0, 0.0], [0.0, 0.55, 0.0], [0.0, 0.0, 0.55]]);
+    let frame = Frame::new(
+        [-1.1; 3],
+        [[0.55, 0.0, 0.0], [0.0, 0.55, 0.0], [0.0, 0.0, 0.55]],
+    );
     let grid = Grid::new([Degree::CUBIC; 3], [4; 3], frame.expect("a box"))
         .and_then(|grid| grid.with_border(border))
         .expect("a grid");
     let displacements = (0..grid.control_point_count()).map(|i| {
         let [x, y, z] = grid.rest_position(i);
-        [0.1 * y * y - 0.05 * z, 0.08 * (2.0 * x).sin(), 0.1 * x * y + 0.05]
+        [
+            0.1 * y * y - 0.05 * z,
+            0.08 * (2.0 * x).sin(),
+            0.1 * x * y + 0.05,
+        ]
     });
     let displacements = displacements.collect();
     Lattice::new(grid, displacements).expect("a lattice")
@@ -191,28 +202,75 @@ fn points_outside_are_kept_clamped_or_refused() {
     let lattice = scratch.file("lift.json", text(&lift));
     let run = |outside: &str| {
         let out = scratch.path(&format!("{outside}.obj"));
-        let command = ["deform", &points, "--lattice", &lattice, "--outside", outside, "-o", &out];
+        let command = [
+            "deform",
+            &points,
+            "--lattice",
+            &lattice,
+            "--outside",
+            outside,
+            "-o",
+            &out,
+        ];
         let (summary, notes) = answered(&command);
         assert_eq!(summary, json!({"vertices": 4, "outside": [2]}));
-        assert!(notes.starts_with("note: 2 of 4 points lie outside the lattice"), "{notes}");
+        assert!(
+            notes.starts_with("note: 2 of 4 points lie outside the lattice"),
+            "{notes}"
+        );
         let heights: Vec<f64> = mesh(&out).positions().iter().map(|p| p[2]).collect();
         (heights, fs::read_to_string(out).expect("written"))
     };
     let (heights, kept) = run("keep");
-    assert!(heights.iter().zip([1.5, 1.0, 1.0, 2.5]).all(|(a, b)| (a - b).abs() < 1e-14));
+    assert!(
+        heights
+            .iter()
+            .zip([1.5, 1.0, 1.0, 2.5])
+            .all(|(a, b)| (a - b).abs() < 1e-14)
+    );
     // Numbers that do not change keep their digits.
-    assert!(kept.contains("v 5 1 1\n") && kept.contains("v 0.30 0.30 2."), "{kept}");
+    assert!(
+        kept.contains("v 5 1 1\n") && kept.contains("v 0.30 0.30 2."),
+        "{kept}"
+    );
     let (heights, _) = run("clamp");
-    assert!(heights.iter().zip([1.5, 1.5, 1.5, 2.5]).all(|(a, b)| (a - b).abs() < 1e-14));
+    assert!(
+        heights
+            .iter()
+            .zip([1.5, 1.5, 1.5, 2.5])
+            .all(|(a, b)| (a - b).abs() < 1e-14)
+    );
 
     let out = scratch.path("none.obj");
-    let message =
-        refused(&["deform", &points, "--lattice", &lattice, "--outside", "error", "-o", &out]);
-    assert!(message.contains("points.obj: point 1, [5.0, 1.0, 1.0], lies outside"), "{message}");
+    let message = refused(&[
+        "deform",
+        &points,
+        "--lattice",
+        &lattice,
+        "--outside",
+        "error",
+        "-o",
+        &out,
+    ]);
+    assert!(
+        message.contains("points.obj: point 1, [5.0, 1.0, 1.0], lies outside"),
+        "{message}"
+    );
     let two = scratch.file("two.json", text(&Sequence::new(vec![lift.clone(), lift])));
-    let message =
-        refused(&["deform", &points, "--lattice", &two, "--outside", "error", "-o", &out]);
-    assert!(message.contains("points.obj: lattice 1 of 2: point 1"), "{message}");
+    let message = refused(&[
+        "deform",
+        &points,
+        "--lattice",
+        &two,
+        "--outside",
+        "error",
+        "-o",
+        &out,
+    ]);
+    assert!(
+        message.contains("points.obj: lattice 1 of 2: point 1"),
+        "{message}"
+    );
     assert!(!Path::new(&out).exists());
 
     // A box that was lifted covers what lies above it, and leaves a gap below.
@@ -224,10 +282,21 @@ fn points_outside_are_kept_clamped_or_refused() {
         summary,
         json!({"vertices": 3, "two_preimages": 1, "not_in_image": 1, "unresolved": 0})
     );
-    assert!(notes.contains("1 of 3 points may also have been outside"), "{notes}");
-    assert!(notes.contains("1 of 3 points are not in the image"), "{notes}");
+    assert!(
+        notes.contains("1 of 3 points may also have been outside"),
+        "{notes}"
+    );
+    assert!(
+        notes.contains("1 of 3 points are not in the image"),
+        "{notes}"
+    );
     let heights: Vec<f64> = mesh(&down).positions().iter().map(|p| p[2]).collect();
-    assert!(heights.iter().zip([1.75, 0.25, 0.5]).all(|(a, b)| (a - b).abs() < 1e-14));
+    assert!(
+        heights
+            .iter()
+            .zip([1.75, 0.25, 0.5])
+            .all(|(a, b)| (a - b).abs() < 1e-14)
+    );
 }
 
 #[test]
@@ -239,14 +308,20 @@ fn formats_are_converted_with_a_note() {
     let (_, notes) = answered(&["deform", &ball, "--lattice", &lattice, "-o", &ply]);
     assert!(notes.contains("bent.ply: not written to PLY"), "{notes}");
     let (_, notes) = answered(&["deform", &ply, "--lattice", &lattice, "-o", &stl]);
-    assert!(notes.contains("bent.STL: polygons are cut into triangles"), "{notes}");
+    assert!(
+        notes.contains("bent.STL: polygons are cut into triangles"),
+        "{notes}"
+    );
     assert!(notes.contains("normals of vertices"), "{notes}");
     let (_, notes) = answered(&["undo", &stl, "--lattice", &lattice, "-o", &obj]);
     assert!(!notes.contains("again.obj"), "{notes}");
     // Corners of an STL come in the order of triangles, and in single precision.
     let [ply, obj] = [mesh(&ply), mesh(&obj)];
     for corner in obj.positions() {
-        let near = ply.positions().iter().any(|p| distance(&[*p], &[*corner]) < 1e-6);
+        let near = ply
+            .positions()
+            .iter()
+            .any(|p| distance(&[*p], &[*corner]) < 1e-6);
         assert!(near, "{corner:?}");
     }
 }
@@ -259,7 +334,10 @@ fn points_are_evaluated() {
     let file = scratch.file("points.json", text(&points));
     let lattice = scratch.file("bend.json", text(&one));
     let (answer, notes) = answered(&["eval", &lattice, &file]);
-    assert_eq!(notes, "note: 1 of 3 points lie outside: they stay where they are\n");
+    assert_eq!(
+        notes,
+        "note: 1 of 3 points lie outside: they stay where they are\n"
+    );
     let there = points.map(|x| one.evaluate(x));
     let identity = json!([1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]);
     for i in 0..2 {
@@ -297,5 +375,8 @@ fn points_are_evaluated() {
     let ball = scratch.file("ball.obj", ball());
     let out = scratch.path("out.obj");
     let message = refused(&["deform", &ball, "--lattice", &plane, "-o", &out]);
-    assert!(message.contains("plane.json: it deforms the plane"), "{message}");
+    assert!(
+        message.contains("plane.json: it deforms the plane"),
+        "{message}"
+    );
 }

@@ -94,7 +94,9 @@ impl BackwardMap {
                 if weights.iter().all(|&w| w >= -1e-9) {
                     let origin = [0, 1].map(|axis| {
                         let parts = weights.iter().zip(&corners);
-                        parts.map(|(w, corner)| w * corner.origin[axis]).sum::<f64>()
+                        parts
+                            .map(|(w, corner)| w * corner.origin[axis])
+                            .sum::<f64>()
                     });
                     #[expect(clippy::cast_possible_truncation, reason = "exact enough")]
                     let rounded = origin.map(|c| c as f32);
@@ -183,7 +185,9 @@ mod tests {
         for i in 0..lattice.grid().control_point_count() {
             let [x, y] = lattice.grid().rest_position(i);
             let by = [(0.2 * y).sin(), (0.3 * x).cos()];
-            lattice.set_displacement(i, by.map(|c| amplitude * c)).unwrap();
+            lattice
+                .set_displacement(i, by.map(|c| amplitude * c))
+                .unwrap();
         }
         (picture, lattice)
     }
@@ -210,7 +214,10 @@ mod tests {
         for amplitude in [0.0, 3.0, 30.0, 300.0] {
             let (_, lattice) = lattice(amplitude);
             let map = BackwardMap::new(&lattice, [60, 45], 2.0);
-            assert!(map.origins.iter().flatten().all(|c| c.is_finite()), "{amplitude}");
+            assert!(
+                map.origins.iter().flatten().all(|c| c.is_finite()),
+                "{amplitude}"
+            );
         }
     }
 
@@ -230,7 +237,10 @@ mod tests {
                     picture.rgb[x + 21 * y],
                     shown.rgb[9 * x + 4 + 189 * (9 * y + 4)],
                 ];
-                assert!(a.iter().zip(b).all(|(a, b)| a.abs_diff(b) <= 16), "{a:?} {b:?}");
+                assert!(
+                    a.iter().zip(b).all(|(a, b)| a.abs_diff(b) <= 16),
+                    "{a:?} {b:?}"
+                );
             }
         }
     }

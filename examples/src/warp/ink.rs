@@ -165,16 +165,25 @@ mod tests {
     #[test]
     fn shapes_cover_their_area() {
         let near = |found: f64, expected: f64| {
-            assert!((found / expected - 1.0).abs() < 0.01, "{found} for {expected}");
+            assert!(
+                (found / expected - 1.0).abs() < 0.01,
+                "{found} for {expected}"
+            );
         };
         let pi = std::f64::consts::PI;
         near(area(|ink| _ = ink.disc([31.3, 30.8], 20.0)), 400.0 * pi);
-        near(area(|ink| _ = ink.ring([31.3, 30.8], 20.0, 4.0)), 160.0 * pi);
+        near(
+            area(|ink| _ = ink.ring([31.3, 30.8], 20.0, 4.0)),
+            160.0 * pi,
+        );
         let line = [[10.2, 10.7], [40.1, 50.9]];
         let expected = 6.0 * length(sub(line[1], line[0])) + 9.0 * pi;
         near(area(|ink| _ = ink.line(line, 6.0)), expected);
         // Twice the same counts once, and what lies outside does not.
-        near(area(|ink| _ = ink.line(line, 6.0).line(line, 6.0)), expected);
+        near(
+            area(|ink| _ = ink.line(line, 6.0).line(line, 6.0)),
+            expected,
+        );
         near(area(|ink| _ = ink.disc([64.0, 64.0], 20.0)), 100.0 * pi);
         near(
             area(|ink| _ = ink.rounded([10.0, 12.0], [40.0, 52.0], 5.0)),

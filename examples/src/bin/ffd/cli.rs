@@ -209,7 +209,16 @@ mod tests {
     #[test]
     fn vectors_are_three_finite_numbers() {
         assert_eq!(parse_vector("-0.1,0, 2e-3"), Ok([-0.1, 0.0, 2e-3]));
-        for bad in ["", "1,2", "1,2,3,4", "1,2,x", "1,,3", "inf,0,0", "NaN,0,0", "1e999,0,0"] {
+        for bad in [
+            "",
+            "1,2",
+            "1,2,3,4",
+            "1,2,x",
+            "1,,3",
+            "inf,0,0",
+            "NaN,0,0",
+            "1e999,0,0",
+        ] {
             assert!(parse_vector(bad).is_err(), "{bad}");
         }
         assert_eq!(parse_cells("1,2,128"), Ok([1, 2, 128]));

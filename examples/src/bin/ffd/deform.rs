@@ -75,12 +75,19 @@ pub(crate) fn deform(
     let mut positions = positions.to_vec();
     let mut normals: Vec<_> = vertex_normals.iter().map(|n| n.normal).collect();
     let mut counts = Vec::new();
-    let mut jacobians = vec![IDENTITY; if normals.is_empty() { 0 } else { positions.len() }];
+    let mut jacobians = vec![
+        IDENTITY;
+        if normals.is_empty() {
+            0
+        } else {
+            positions.len()
+        }
+    ];
     for (number, lattice) in sequence.lattices().iter().enumerate() {
         let at_lattice = |error| (number, error);
         // All points of a mesh at once are several times faster than one by one.
-        let bound = Embedding::<f64, 3>::new(lattice.grid(), &positions, outside)
-            .map_err(at_lattice)?;
+        let bound =
+            Embedding::<f64, 3>::new(lattice.grid(), &positions, outside).map_err(at_lattice)?;
         counts.push(bound.outside().len());
         if normals.is_empty() {
             bound.par_deform_into(lattice, &mut positions)

@@ -14,8 +14,7 @@ use crate::{
 
 pub(crate) fn run(arguments: &Eval) -> Result<Answer, Error> {
     let sequence = files::read_any_sequence(&arguments.lattice)?;
-    let points: Vec<Vec<f64>> =
-        files::parse_json(&arguments.points, &read(&arguments.points)?)?;
+    let points: Vec<Vec<f64>> = files::parse_json(&arguments.points, &read(&arguments.points)?)?;
     match sequence {
         AnySequence::Plane(sequence) => evaluate(&sequence, &points, arguments),
         AnySequence::Space(sequence) => evaluate(&sequence, &points, arguments),
@@ -60,7 +59,9 @@ fn evaluate<const D: usize>(
     let mut notes = Vec::new();
     if outside > 0 {
         let of = points.len();
-        notes.push(format!("{outside} of {of} points lie outside: they stay where they are"));
+        notes.push(format!(
+            "{outside} of {of} points lie outside: they stay where they are"
+        ));
     }
     Ok(Answer {
         json: json!({ "points": images, "jacobians": jacobians, "det": determinants }),

@@ -91,7 +91,9 @@ pub(crate) fn run(arguments: &Pull) -> Result<Answer, Error> {
     let mut notes = Vec::new();
     for merged in pull.merged {
         let (later, first) = (merged.constraint + 1, merged.into + 1);
-        notes.push(format!("--at number {later} is the same point as number {first}"));
+        notes.push(format!(
+            "--at number {later} is the same point as number {first}"
+        ));
     }
     if folded > 0 {
         notes.push(format!(
