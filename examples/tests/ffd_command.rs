@@ -380,3 +380,257 @@ fn points_are_evaluated() {
         "{message}"
     );
 }
+
+#[test]
+fn a_pull_moves_the_vertex_picked() {
+    let scratch = Scratch::new("pull");
+    let ball = scratch.file("ball.obj", ball());
+    let (pear, lattice) = (scratch.path("pear.obj"), scratch.path("pear.json"));
+    let (summary, _) = answered(&[
+        "pull",
+        &ball,
+        "--at",
+        "0,1,0",
+        "--by",
+        "-0.1,0.2,0",
+        "--at",
+        "0, -1, 0",
+        "--by",
+        "0,0,0",
+        "-o",
+        &pear,
+        "--save-lattice",
+        &lattice,
+    ]);
+    assert_eq!(summary["vertices"], 208);
+    assert_eq!(summary["constraints"], 2);
+    assert!(summary["least_det"].as_f64().expect("a number") > 0.0);
+    let (before, after) = (mesh(&ball), mesh(&pear));
+    let moved = |x: [f64; 3]| {
+        let index = before
+            .positions()
+            .iter()
+            .position(|p| distance(&[*p], &[x]) < 1e-15);
+        after.positions()[index.expect("a vertex")]
+    };
+    assert!(distance(&[moved([0.0, 1.0, 0.0])], &[[-0.1, 1.2, 0.0]]) < 1e-12);
+    assert!(distance(&[moved([0.0, -1.0, 0.0])], &[[0.0, -1.0, 0.0]]) < 1e-12);
+
+    // The lattice is as promised, and does the same again and back.
+    let text = fs::read_to_string(&lattice).expect("written");
+    let saved: Lattice<3> = serde_json::from_str(&text).expect("a lattice");
+    assert_eq!(saved.grid().cells(), [4; 3]);
+    assert_eq!(saved.grid().border(), Border::Identity);
+    let corners = [[0.0; 3], [4.0; 3]].map(|u| saved.grid().frame().to_world(u));
+    assert!(distance(&corners, &[[-1.1; 3], [1.1; 3]]) < 1e-14);
+    let (again, back) = (scratch.path("again.obj"), scratch.path("back.obj"));
+    answered(&["deform", &ball, "--lattice", &lattice, "-o", &again]);
+    assert_eq!(
+        fs::read(&pear).expect("written"),
+        fs::read(&again).expect("written")
+    );
+    answered(&["undo", &again, "--lattice", &lattice, "-o", &back]);
+    assert!(distance(mesh(&back).positions(), before.positions()) < 1e-12);
+
+    // A flat sheet, with few cells across.
+    let sheet = "v 0 0 5\nv 1 0 5\nv 1 1 5\nv 0 1 5\nf 1 2 3 4\n";
+    let sheet = scratch.file("sheet.obj", sheet);
+    let dent = scratch.path("dent.ply");
+    let pull = [
+        "pull", &sheet, "--at", "1,1,5", "--by", "0,0,-.5", "--cells", "2,2,1", "-o", &dent,
+    ];
+    answered(&pull);
+    assert!(distance(&mesh(&dent).positions()[2..3], &[[1.0, 1.0, 4.5]]) < 1e-12);
+
+    // A pull that goes too far says so.
+    let far = scratch.path("far.obj");
+    let (summary, notes) =
+        answered(&["pull", &ball, "--at", "0,1,0", "--by", "0,-3,0", "-o", &far]);
+    assert!(summary["least_det"].as_f64().expect("a number") < 0.0);
+    assert!(notes.contains("inside out"), "{notes}");
+}
+
+#[test]
+fn bad_input_is_named_and_leaves_nothing() {
+    let scratch = Scratch::new("refused");
+    let ball = scratch.file("ball.obj", ball());
+    let good = scratch.file("good.json", text(&bend(Border::Free)));
+    let points = scratch.file("points.json", "[[0,0,0]]");
+    let (out, other) = (scratch.path("out.obj"), scratch.path("other.json"));
+    let deform =
+        |mesh: &str, lattice: &str| refused(&["deform", mesh, "--lattice", lattice, "-o", &out]);
+    let lattice = |contents: &str| scratch.file("bad.json", contents);
+    let contains = |message: String, expected: &[&str]| {
+        for part in expected {
+            assert!(message.contains(part), "{part} is not in {message}");
+        }
+    };
+
+    contains(deform("none.obj", &good), &["none.obj: No such file"]);
+    let folder = scratch.0.display().to_string();
+    contains(deform(&folder, &good), &["the name ends in \"\""]);
+    contains(deform(&ball, &folder), &["Is a directory"]);
+    let bad_mesh = scratch.file("bad.obj", "v 0 0 0\nv 1 x 0\n");
+    contains(
+        deform(&bad_mesh, &good),
+        &["bad.obj: line 2", "\"x\" is not a number"],
+    );
+    let empty = scratch.file("empty.ply", "");
+    contains(deform(&empty, &good), &["empty.ply: "]);
+
+    contains(deform(&ball, "none.json"), &["none.json: No such file"]);
+    contains(
+        deform(&ball, &lattice("{")),
+        &["bad.json: ", "line 1 column 1"],
+    );
+    contains(
+        deform(&ball, &lattice("{\n \"degree\": [3,3,7]}")),
+        &["bad.json: missing field"],
+    );
+    contains(
+        deform(&ball, &lattice("{\"de\\ngree\": 1}")),
+        &["bad.json: unknown field `de\\ngree`", "line 1"],
+    );
+    let seven = text(&bend(Border::Free)).replacen("[3,3,3]", "[3,3,7]", 1);
+    contains(
+        deform(&ball, &lattice(&seven)),
+        &["bad.json: degree 7", "line 1 column"],
+    );
+    let infinite = "{\"sequence\": [\n{\"degree\": [1,1,1], \"origin\": [0,0,1e999]}]}";
+    contains(
+        deform(&ball, &lattice(infinite)),
+        &["number out of range", "line 2 column"],
+    );
+    // Lists without end.
+    contains(
+        deform(&ball, &lattice(&"[".repeat(100_000))),
+        &["bad.json: "],
+    );
+    contains(
+        refused(&["eval", &good, &lattice("[[0,0,0],\n[0,0,\"x\"]]")]),
+        &["line 2 column"],
+    );
+    contains(
+        refused(&["eval", &good, &lattice("[[0,0,0],[0,0]]")]),
+        &["bad.json: point 1: 3"],
+    );
+    contains(
+        refused(&["eval", &good, &lattice("{}")]),
+        &["bad.json: ", "line 1 column"],
+    );
+
+    let mut huge = bend(Border::Free);
+    for i in 0..huge.displacements().len() {
+        huge.set_displacement(i, [f64::MAX; 3]).expect("finite");
+    }
+    let huge = text(&Sequence::new(vec![huge.clone(), huge]));
+    let message = deform(&ball, &lattice(&huge));
+    contains(message, &["ball.obj: lattice 2 of 2: ", "is inf"]);
+
+    let pull = |extra: &[&str]| refused(&[&["pull", &ball, "-o", &out], extra].concat());
+    let at = ["--at", "0,1,0", "--by", "0,0.1,0"];
+    contains(pull(&at[..2]), &["required", "--by"]);
+    contains(
+        pull(&[&at[..], &["--at", "1,0,0"]].concat()),
+        &["2 of the first and 1"],
+    );
+    contains(
+        pull(&["--at", "0,9,0", "--by", "0,0,0"]),
+        &["--at 0,9,0: ", "outside the box"],
+    );
+    contains(
+        pull(&["--at", "0,1", "--by", "0,0,0"]),
+        &["'0,1'", "three finite numbers"],
+    );
+    contains(
+        pull(&["--at", "0,1,nan", "--by", "0,0,0"]),
+        &["three finite numbers"],
+    );
+    contains(
+        pull(&[&at[..], &["--cells", "0,1,1"]].concat()),
+        &["from 1 to 128"],
+    );
+    let both = [&at[..], &["--at", "0,1,0", "--by", "0,0.2,0"]].concat();
+    contains(pull(&both), &["--at numbers 1, 2 contradict each other"]);
+    contains(
+        pull(&[&at[..], &["--save-lattice", &out]].concat()),
+        &["out.obj: two outputs"],
+    );
+    contains(
+        pull(&[&at[..], &["--save-lattice", &scratch.path("no/l.json")]].concat()),
+        &["no/l.json: No such file"],
+    );
+    contains(refused(&[]), &["subcommand"]);
+    contains(refused(&["deform", &ball, "-o", &out]), &["--lattice"]);
+
+    // Formats, and names that are taken.
+    let message = refused(&[
+        "deform",
+        &ball,
+        "--lattice",
+        &good,
+        "-o",
+        &scratch.path("out.glb"),
+    ]);
+    contains(message, &["out.glb: ", "\"glb\"", ".stl are known"]);
+    for force in [&[][..], &["--force"]] {
+        let itself = [&["deform", &ball, "--lattice", &good, "-o", &ball], force].concat();
+        contains(refused(&itself), &["ball.obj: this is what is read"]);
+    }
+    let before = fs::read(&ball).expect("there");
+    assert!(!Path::new(&out).exists());
+
+    fs::write(&out, "precious").expect("writable");
+    contains(
+        deform(&ball, &good),
+        &["out.obj: there is such a file already", "--force"],
+    );
+    contains(
+        pull(&[&at[..], &["--save-lattice", &other]].concat()),
+        &["out.obj: there"],
+    );
+    assert!(!Path::new(&other).exists(), "both or none");
+    fs::rename(&out, &other).expect("ours");
+    contains(
+        pull(&[&at[..], &["--save-lattice", &other]].concat()),
+        &["other.json: there"],
+    );
+    assert!(!Path::new(&out).exists(), "both or none");
+    assert_eq!(fs::read(&other).expect("there"), b"precious");
+    let forced = [
+        "pull",
+        &ball,
+        "-o",
+        &out,
+        "--save-lattice",
+        &other,
+        "--force",
+    ];
+    answered(&[&forced[..], &at].concat());
+    assert!(
+        fs::read_to_string(&other)
+            .expect("there")
+            .starts_with("{\"degree\"")
+    );
+
+    answered(&["eval", &good, &points]);
+    assert_eq!(fs::read(&ball).expect("there"), before);
+    // ball, good, points, bad.json, bad.obj, empty.ply, and the two outputs.
+    assert_eq!(scratch.count(), 8);
+}
+
+#[test]
+fn help_has_examples() {
+    for command in [
+        &["--help"][..],
+        &["deform", "--help"],
+        &["undo", "--help"],
+        &["pull", "--help"],
+        &["eval", "--help"],
+    ] {
+        let output = ffd(command);
+        assert_eq!(output.status.code(), Some(0));
+        let help = String::from_utf8(output.stdout).expect("UTF-8");
+        assert!(help.contains("Examples:\n  ffd "), "{help}");
+    }
+}

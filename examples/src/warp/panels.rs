@@ -1,6 +1,6 @@
 //! What a lattice does to a picture, in three panels.
 
-use ffd_core::Lattice;
+use ffd_core::{Grid, Lattice};
 
 use super::{
     Drag,
@@ -47,24 +47,24 @@ impl Panels {
             [source.width, source.height].map(|n| (n as f64 / scale).round().max(1.0) as usize);
         let light = Source::new(source);
 
-        let at_rest = lattice.displacements().iter().enumerate();
-        let at_rest = at_rest.fold(lattice.clone(), |mut rest, (index, _)| {
-            rest.set_displacement(index, [0.0; 2])
-                .expect("zero is finite");
-            rest
-        });
-        let mut before = BackwardMap::new(&at_rest, size, scale).apply(&light);
+        let mut before = BackwardMap::new(|x| x, size, scale).apply(&light);
         draw_drags(&mut before, drags, scale);
 
-        let mut after = BackwardMap::new(lattice, size, scale).apply(&light);
-        let net = net(lattice, &after, scale, [2.8, 1.2]);
+        let mut after = BackwardMap::new(|x| lattice.deform_point(x), size, scale).apply(&light);
+        let net = net(
+            lattice.grid(),
+            |x| lattice.deform_point(x),
+            &after,
+            scale,
+            [2.4, 1.2],
+        );
         net[0].paint(&mut after, INK, 0.35);
         net[1].paint(&mut after, WHITE, 0.9);
         draw_targets(&mut after, drags, scale);
 
         let field = DeterminantField::new(lattice, size, scale);
         let mut determinant = field.to_image();
-        let [lines] = self::net(&at_rest, &determinant, scale, [1.0]);
+        let [lines] = self::net(lattice.grid(), |x| x, &determinant, scale, [1.0]);
         lines.paint(&mut determinant, INK, 0.13);
         Self {
             before,
@@ -83,12 +83,12 @@ impl Panels {
 
 /// The images of the borders of cells, in lines of several widths.
 fn net<const N: usize>(
-    lattice: &Lattice<2>,
+    grid: &Grid<2>,
+    map: impl Fn([f64; 2]) -> [f64; 2],
     image: &Image,
     scale: f64,
     widths: [f64; N],
 ) -> [Ink; N] {
-    let grid = lattice.grid();
     let mut inks = widths.map(|_| Ink::for_image(image));
     for along in 0..2 {
         let across = 1 - along;
@@ -104,9 +104,7 @@ fn net<const N: usize>(
                 let mut u = [0.0; 2];
                 u[across] = domain[across][0] + line as f64;
                 u[along] = domain[along][0] + piece as f64 / PIECES as f64;
-                lattice
-                    .deform_point(grid.frame().to_world(u))
-                    .map(|c| c / scale)
+                map(grid.frame().to_world(u)).map(|c| c / scale)
             });
             let points: Vec<_> = points.collect();
             for (ink, width) in inks.iter_mut().zip(widths) {

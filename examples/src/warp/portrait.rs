@@ -90,21 +90,24 @@ pub fn portrait() -> Image {
     image
 }
 
-/// What is done to the portrait unless told otherwise: it smiles, looks up and lifts its
-/// hat a little.
+/// What is done to the portrait unless told otherwise: it smiles, raises its brows, and
+/// its hat leans over.
 #[must_use]
 pub fn portrait_drags() -> Vec<Drag> {
     let drag = |at, by| Drag { at, by };
     vec![
-        drag([375.0, 660.0], [-26.0, -62.0]),
-        drag([480.0, 660.0], [0.0, 38.0]),
-        drag([585.0, 660.0], [26.0, -62.0]),
-        drag([385.0, 384.0], [-6.0, -34.0]),
-        drag([575.0, 384.0], [6.0, -22.0]),
-        drag([480.0, 180.0], [58.0, -14.0]),
-        drag([385.0, 465.0], [0.0, 0.0]),
-        drag([575.0, 465.0], [0.0, 0.0]),
-        drag([480.0, 778.0], [0.0, 12.0]),
+        drag([375.0, 660.0], [-24.0, -50.0]),
+        drag([480.0, 660.0], [0.0, 28.0]),
+        drag([585.0, 660.0], [24.0, -50.0]),
+        drag([385.0, 384.0], [-8.0, -32.0]),
+        drag([575.0, 384.0], [8.0, -20.0]),
+        drag([350.0, 140.0], [46.0, -10.0]),
+        drag([610.0, 140.0], [46.0, 12.0]),
+        drag([480.0, 299.0], [0.0, 0.0]),
+        drag([480.0, 545.0], [0.0, 0.0]),
+        drag([303.0, 716.0], [0.0, 0.0]),
+        drag([657.0, 716.0], [0.0, 0.0]),
+        drag([480.0, 783.0], [0.0, 0.0]),
     ]
 }
 

@@ -53,7 +53,7 @@ impl Panels {
                 "Rings: points held in place",
             ],
             [
-                "White lines: cells of the cubic lattice",
+                "Lines: cells of the cubic lattice, moved",
                 "Dots: where the points have arrived",
             ],
         ];
