@@ -8,6 +8,7 @@ use std::hint::black_box;
 
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use examples::{
+    deformer::{Deformer, DeformerKind},
     scene::{Object, ObjectKind, Resolution},
     soft_body::SoftBody,
     touch::Surface,
@@ -35,6 +36,13 @@ const FINGERS: [DVec3; 5] = [
 fn ball(cells: u32) -> Object {
     let resolution = Resolution::new(cells).expect("in range");
     Object::build(ObjectKind::Ball, resolution).expect("a sound mesh")
+}
+
+fn elastic(body: &SoftBody) -> &ElasticBody {
+    match body.deformer() {
+        Deformer::Elastic(elastic) => elastic.body(),
+        Deformer::FreeForm(_) => unreachable!("these bodies are elastic"),
+    }
 }
 
 /// The patch under a fingertip that comes to the ball from a direction.
@@ -65,7 +73,8 @@ fn elasticity(c: &mut Criterion) {
     }
     group.finish();
 
-    let bodies = CELLS.map(|cells| SoftBody::new(ball(cells)).expect("a sound body"));
+    let bodies =
+        CELLS.map(|cells| SoftBody::new(ball(cells), DeformerKind::Fem).expect("a sound body"));
     let contacts = bodies
         .each_ref()
         .map(|body| FINGERS.map(|finger| contact(body, finger)).to_vec());
@@ -77,7 +86,7 @@ fn elasticity(c: &mut Criterion) {
         group.bench_function(BenchmarkId::new("fem-tet", nodes), |b| {
             b.iter_batched(
                 || contacts.clone(),
-                |contacts| ContactSet::new(body.body(), contacts).expect("held"),
+                |contacts| ContactSet::new(elastic(body), contacts).expect("held"),
                 BatchSize::LargeInput,
             );
         });
@@ -88,7 +97,7 @@ fn elasticity(c: &mut Criterion) {
     let mut group = c.benchmark_group("displacements_into");
     for (body, contacts) in bodies.iter().zip(contacts) {
         let nodes = body.positions().len();
-        let set = ContactSet::new(body.body(), contacts).expect("held");
+        let set = ContactSet::new(elastic(body), contacts).expect("held");
         let pressed = FINGERS.map(|finger| (-0.005 * finger.normalize()).to_array());
         let mut out = vec![[0.0; 3]; nodes];
         group.throughput(Throughput::Elements(9 * 5 * nodes as u64));

@@ -1,5 +1,5 @@
 //! The whole loop, from bytes to positions: the script of `glove-loop`, at its frame
-//! rate, with the default ball.
+//! rate, with the default ball, as an elastic solid and in a lattice.
 //!
 //! What is timed is what the loop itself times, frame by frame: the devices that
 //! make the bytes stay outside. A mean over a session hides the frames that matter
@@ -9,6 +9,7 @@ use std::time::Duration;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use examples::{
+    deformer::DeformerKind,
     grasp::{GraspRules, Phase},
     motion::{Motion as _, Script},
     report::FrameRecord,
@@ -22,9 +23,15 @@ use glove_io::hand::HandModel;
 const FRAMES: u32 = 1800;
 
 fn whole_loop(c: &mut Criterion) {
+    for deformer in [DeformerKind::Fem, DeformerKind::Ffd] {
+        session_with(c, deformer);
+    }
+}
+
+fn session_with(c: &mut Criterion, deformer: DeformerKind) {
     let model = HandModel::average_right();
     let object = Object::build(ObjectKind::Ball, Resolution::default()).expect("a sound mesh");
-    let object = SoftBody::new(object).expect("a sound body");
+    let object = SoftBody::new(object, deformer).expect("a sound body");
     let script = Script::variants(&model, object.surface(), 1)
         .expect("the hand finds a grasp")
         .swap_remove(0);
@@ -43,7 +50,7 @@ fn whole_loop(c: &mut Criterion) {
     // Frames that deform are the purpose of the loop: they get figures of their own.
     let frames = play();
     println!(
-        "one session of {FRAMES} frames, {} nodes:",
+        "one session of {FRAMES} frames, {} nodes, {deformer:?}:",
         object.positions().len()
     );
     describe("all frames", frames.iter());
@@ -52,7 +59,7 @@ fn whole_loop(c: &mut Criterion) {
 
     let mut group = c.benchmark_group("frame");
     group.throughput(Throughput::Elements(u64::from(FRAMES)));
-    group.bench_function("session of 1800", |b| {
+    group.bench_function(format!("session of 1800, {deformer:?}"), |b| {
         b.iter_custom(|sessions| (0..sessions).flat_map(|_| play()).map(time).sum());
     });
     group.finish();

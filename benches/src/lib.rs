@@ -156,3 +156,39 @@ impl Hand {
         )
     }
 }
+
+/// Points scattered over the unit cube, by a small generator of our own (xorshift,
+/// G. Marsaglia), so that they are the same everywhere.
+///
+/// # Panics
+///
+/// If the seed is zero.
+pub fn scattered(count: usize, seed: u64) -> impl Iterator<Item = [f64; 3]> {
+    assert!(seed != 0, "zero would stay zero");
+    let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15);
+    let mut next = move || {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (state >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    (0..count).map(move |_| std::array::from_fn(|_| next()))
+}
+
+/// The 2 113 vertices of a squashed hemisphere, the largest object of Gain and Dodgson's
+/// Figure 6: a pole and 33 rings of 64, two units across and half a unit high.
+pub fn hemisphere() -> Vec<[f64; 3]> {
+    let mut vertices = vec![[0.0, 0.0, 0.5]];
+    for ring in 1..=33 {
+        let polar = std::f64::consts::FRAC_PI_2 * f64::from(ring) / 33.0;
+        for i in 0..64 {
+            let around = std::f64::consts::TAU * f64::from(i) / 64.0;
+            vertices.push([
+                polar.sin() * around.cos(),
+                polar.sin() * around.sin(),
+                0.5 * polar.cos(),
+            ]);
+        }
+    }
+    vertices
+}

@@ -6,7 +6,8 @@
 //!        └ hand_proxy ── the virtual hand, which does not enter the object
 //!             └ touch ── contacts of the fingertips
 //!                  └ grasp ── which fingertips hold the object
-//!                       └ soft_body ── deformed positions, tree brought up to date
+//!                       └ soft_body ── deformed positions (deformer: elastic solid or
+//!                            │         lattice), tree brought up to date
 //!                            └ session ── frame records, snapshots
 //!                                 └ report | picture | vtu | object file
 //! ```
@@ -18,6 +19,7 @@
 //! have in common.
 
 pub mod command;
+pub mod deformer;
 pub mod devices;
 pub mod geometry;
 pub mod grasp;

@@ -6,6 +6,7 @@ use glove_io::hand::Finger;
 use serde::Serialize;
 
 use crate::{
+    deformer::DeformerKind,
     grasp::{GraspEvent, Phase},
     session::Outcome,
 };
@@ -21,11 +22,11 @@ pub struct StageTimes {
     pub touch: Duration,
     /// Grasp rules.
     pub grasp: Duration,
-    /// Elasticity.
+    /// Elasticity, or free-form deformation.
     pub deform: Duration,
     /// Sphere tree brought up to date.
     pub refit: Duration,
-    /// Keep shape: factorisation and a new tree, on the frame where it happens.
+    /// Keep shape: factorisation or a new lattice, and a new tree, on the frame where it happens.
     pub keep_shape: Duration,
 }
 
@@ -141,6 +142,8 @@ pub struct StageReport {
 pub struct ObjectReport {
     /// Its name, or the path it was read from.
     pub name: String,
+    /// What deforms it.
+    pub deformer: DeformerKind,
     /// Number of nodes.
     pub nodes: usize,
     /// Number of tetrahedra.
@@ -247,7 +250,7 @@ impl Report {
             .iter()
             .map(|f| finger_count(f.touching))
             .collect();
-        let mesh = object.body().mesh();
+        let mesh = object.rest();
         let stream = |c: glove_io::Counters| StreamReport {
             records: c.records,
             resyncs: c.resyncs,
@@ -258,6 +261,7 @@ impl Report {
             arguments: Vec::new(),
             object: ObjectReport {
                 name: object.name().to_owned(),
+                deformer: object.deformer().kind(),
                 nodes: mesh.positions().len(),
                 tetrahedra: mesh.tets().len(),
                 surface_triangles: object.triangles().len(),

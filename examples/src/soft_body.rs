@@ -1,53 +1,32 @@
-//! The object as it is held: its elastic body, its deformed surface, its tree.
+//! The object as it is held: its deformer, its deformed surface, its tree.
 
-use std::{collections::BTreeMap, sync::Arc};
+use std::collections::BTreeMap;
 
 use fem_tet::{
-    Contact, ContactSet, ElasticBody, FemError, io::ObjectFile, largest_safe_fraction,
-    surface_triangles, total_volume,
+    Contact, TetMesh, io::ObjectFile, largest_safe_fraction, surface_triangles, total_volume,
 };
 use glam::DVec3;
 use spheretree::{Mesh, MeshError, SphereTree};
 
-use crate::{scene::Object, touch::Surface};
+use crate::{
+    deformer::{Deformer, DeformerError, DeformerKind, Elastic, FreeForm, HoldError},
+    scene::Object,
+    touch::Surface,
+};
 
 /// Share of its rest volume that every element keeps, whatever the fingers do.
 /// Linear elasticity means little beyond, and keep shape needs positive volumes.
 pub const LEAST_VOLUME_RATIO: f64 = 0.1;
 
-/// Contacts that move some vertex farther than this, for a unit of motion of each, do
-/// not count as holding the body: fingertips tremble. Five fingertips on the built
-/// objects give 4 to 7, fewer on their way to letting go 10 to 16, three nearly in a
-/// line 20 and more.
-const MOST_AMPLIFICATION: f64 = 15.0;
-
-/// Why fingertips do not determine how the object deforms.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum HoldError {
-    /// They leave a motion free.
-    #[error(transparent)]
-    Free(#[from] FemError),
-    /// They nearly do.
-    #[error(
-        "the contacts hardly hold the body: it would move {amplification:.0} times as far as they do"
-    )]
-    Wobbly {
-        /// See [`ContactSet::amplification`].
-        amplification: f64,
-    },
-}
-
 /// A deformable object.
 #[derive(Debug, Clone)]
 pub struct SoftBody {
     name: String,
-    /// Shared, so that a copy of the object costs no factorisation.
-    body: Arc<ElasticBody>,
+    deformer: Deformer,
     display: Vec<[u32; 3]>,
     triangles: Vec<[u32; 3]>,
     /// Vertices of the surface with area-weighted normals of the rest shape.
     surface_vertices: Vec<(u32, DVec3)>,
-    contacts: Option<ContactSet>,
     displacements: Vec<[f64; 3]>,
     positions: Vec<[f64; 3]>,
     tree: SphereTree,
@@ -56,32 +35,38 @@ pub struct SoftBody {
 /// Why an object cannot be squeezed.
 #[derive(Debug, thiserror::Error)]
 pub enum SoftBodyError {
-    /// Its elasticity.
+    /// What deforms it.
     #[error(transparent)]
-    Fem(#[from] FemError),
+    Deformer(#[from] DeformerError),
     /// Its surface.
     #[error(transparent)]
     Surface(#[from] MeshError),
 }
 
 impl SoftBody {
-    /// Factors the stiffness of an object and builds the tree over its surface.
+    /// Prepares the deformation of an object and builds the tree over its surface.
     ///
     /// # Errors
     ///
     /// [`SoftBodyError`] if the mesh falls apart or is a mechanism.
-    pub fn new(object: Object) -> Result<Self, SoftBodyError> {
+    pub fn new(object: Object, deformer: DeformerKind) -> Result<Self, SoftBodyError> {
         let ObjectFile { mesh, display } = object.file;
         let triangles = surface_triangles(mesh.tets());
         let positions = mesh.positions().to_vec();
         let tree = SphereTree::build(Mesh::new(&positions, &triangles)?);
         Ok(Self {
             name: object.name,
-            body: Arc::new(ElasticBody::new(mesh, object.material)?),
+            deformer: match deformer {
+                DeformerKind::Fem => Deformer::Elastic(
+                    Elastic::new(mesh, object.material).map_err(DeformerError::from)?,
+                ),
+                DeformerKind::Ffd => {
+                    Deformer::FreeForm(FreeForm::new(mesh).map_err(DeformerError::from)?)
+                }
+            },
             display,
             surface_vertices: surface_vertices(&positions, &triangles),
             triangles,
-            contacts: None,
             displacements: vec![[0.0; 3]; positions.len()],
             positions,
             tree,
@@ -94,10 +79,16 @@ impl SoftBody {
         &self.name
     }
 
-    /// The elastic body: rest shape and material.
+    /// What deforms it.
     #[must_use]
-    pub fn body(&self) -> &ElasticBody {
-        &self.body
+    pub fn deformer(&self) -> &Deformer {
+        &self.deformer
+    }
+
+    /// The rest shape.
+    #[must_use]
+    pub fn rest(&self) -> &TetMesh {
+        self.deformer.rest()
     }
 
     /// Deformed positions, `#V × 3`, in the object's frame.
@@ -141,30 +132,40 @@ impl SoftBody {
     /// prevents.
     pub fn to_file(&self) -> Result<ObjectFile, fem_tet::MeshError> {
         Ok(ObjectFile {
-            mesh: fem_tet::TetMesh::new(self.positions.clone(), self.body.mesh().tets().to_vec())?,
+            mesh: fem_tet::TetMesh::new(self.positions.clone(), self.rest().tets().to_vec())?,
             display: self.display.clone(),
         })
     }
 
-    /// The contact of a fingertip that presses on an area: all surface nodes within
-    /// `radius_m` of the point it touches, nearer ones more, if the surface there faces
-    /// the same way (a thin wall has another side). One node alone, the thesis's choice,
-    /// would give way like a pin cushion, the more so the finer the mesh. Where fewer
-    /// than three nodes are that near, the corners of the triangle take their place.
+    /// The contact of a fingertip that presses on an area.
+    ///
+    /// On an elastic body: all surface nodes within `radius_m` of the point it touches,
+    /// nearer ones more, if the surface there faces the same way (a thin wall has another
+    /// side). One node alone, the thesis's choice, would give way like a pin cushion, the
+    /// more so the finer the mesh. Where fewer than three nodes are that near, the corners
+    /// of the triangle take their place. A lattice spreads a touch by itself: there it is
+    /// the touched point, by the corners of its triangle.
     ///
     /// # Panics
     ///
     /// If the contact is not with this object's surface.
     #[must_use]
     pub fn patch(&self, touched: &spheretree::Contact, radius_m: f64) -> Contact {
-        let rest = self.body.mesh().positions();
-        let at = |v: u32| DVec3::from_array(rest[v as usize]);
         let corners = self.triangles[touched.triangle as usize];
+        let by_corners: Vec<(u32, f64)> = corners.into_iter().zip(touched.barycentric).collect();
+        let weighted = |weights: &[(u32, f64)]| {
+            Contact::weighted(weights).expect("weights of distinct nodes, one of them positive")
+        };
+        if self.deformer.kind() == DeformerKind::Ffd {
+            return weighted(&by_corners);
+        }
+        let rest = self.rest().positions();
+        let at = |v: u32| DVec3::from_array(rest[v as usize]);
         let [a, b, c] = corners.map(at);
         let facing = (b - a).cross(c - a);
         let [wa, wb, wc] = touched.barycentric;
         let point = a * wa + b * wb + c * wc;
-        let mut weights: Vec<(u32, f64)> = self
+        let weights: Vec<(u32, f64)> = self
             .surface_vertices
             .iter()
             .filter(|(_, normal)| normal.dot(facing) > 0.0)
@@ -174,10 +175,11 @@ impl SoftBody {
             })
             .filter(|&(_, w)| w > 0.0)
             .collect();
-        if weights.len() < 3 {
-            weights = corners.into_iter().zip(touched.barycentric).collect();
-        }
-        Contact::weighted(&weights).expect("weights of distinct nodes, one of them positive")
+        weighted(if weights.len() < 3 {
+            &by_corners
+        } else {
+            &weights
+        })
     }
 
     /// How far the surface under a contact is displaced.
@@ -190,20 +192,13 @@ impl SoftBody {
             .sum()
     }
 
-    /// Condenses the body to these contacts.
+    /// Prepares for displacements of these contacts.
     ///
     /// # Errors
     ///
     /// [`HoldError`] if the contacts do not hold the body, or hardly; it then has none.
     pub fn hold(&mut self, contacts: Vec<Contact>) -> Result<(), HoldError> {
-        self.contacts = None;
-        let set = ContactSet::new(&self.body, contacts)?;
-        let amplification = set.amplification();
-        if amplification > MOST_AMPLIFICATION {
-            return Err(HoldError::Wobbly { amplification });
-        }
-        self.contacts = Some(set);
-        Ok(())
+        self.deformer.hold(contacts)
     }
 
     /// Displaces the contacts, and with them everything. Returns the fraction of
@@ -214,9 +209,9 @@ impl SoftBody {
     ///
     /// If no contacts are held or their number differs.
     pub fn displace(&mut self, contact_displacements: &[[f64; 3]]) -> f64 {
-        let contacts = self.contacts.as_ref().expect("contacts are held");
-        contacts.displacements_into(contact_displacements, &mut self.displacements);
-        let rest = self.body.mesh();
+        self.deformer
+            .displace_into(contact_displacements, &mut self.displacements);
+        let rest = self.deformer.rest();
         let fraction = largest_safe_fraction(
             rest.positions(),
             &self.displacements,
@@ -250,9 +245,10 @@ impl SoftBody {
 
     /// Lets go: the body springs back to its rest shape.
     pub fn relax(&mut self) {
-        self.contacts = None;
+        self.deformer.let_go();
         self.displacements.fill([0.0; 3]);
-        self.positions.copy_from_slice(self.body.mesh().positions());
+        self.positions
+            .copy_from_slice(self.deformer.rest().positions());
         self.refit();
     }
 
@@ -262,16 +258,16 @@ impl SoftBody {
     ///
     /// # Errors
     ///
-    /// [`SoftBodyError`] if the new shape cannot be factored; nothing is changed then.
+    /// [`SoftBodyError`] if the new shape cannot be deformed; nothing is changed then.
     pub fn keep_shape(&mut self) -> Result<(), SoftBodyError> {
-        let shift = centre_of_mass(&self.positions, self.body.mesh().tets())
-            - centre_of_mass(self.body.mesh().positions(), self.body.mesh().tets());
+        let shift = centre_of_mass(&self.positions, self.rest().tets())
+            - centre_of_mass(self.rest().positions(), self.rest().tets());
         let centred: Vec<[f64; 3]> = self
             .displacements
             .iter()
             .map(|&u| (DVec3::from_array(u) - shift).to_array())
             .collect();
-        self.body = Arc::new(self.body.keep_shape(&centred)?);
+        self.deformer = self.deformer.keep_shape(&centred)?;
         self.relax();
         self.surface_vertices = surface_vertices(&self.positions, &self.triangles);
         self.tree
@@ -282,14 +278,14 @@ impl SoftBody {
     /// Volume of the rest shape, cubic metres.
     #[must_use]
     pub fn rest_volume_m3(&self) -> f64 {
-        let rest = self.body.mesh();
+        let rest = self.rest();
         total_volume(rest.positions(), rest.tets())
     }
 
     /// Volume as it stands, cubic metres.
     #[must_use]
     pub fn volume_m3(&self) -> f64 {
-        total_volume(&self.positions, self.body.mesh().tets())
+        total_volume(&self.positions, self.rest().tets())
     }
 
     /// Largest displacement from the rest shape, metres.

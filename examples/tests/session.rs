@@ -3,6 +3,7 @@
 #![expect(clippy::float_cmp, reason = "equal runs are equal to the last bit")]
 
 use examples::{
+    deformer::DeformerKind,
     devices::{Device, Fault, FaultKind},
     geometry::Rigid,
     grasp::{GraspEvent, GraspRules, Phase},
@@ -25,8 +26,13 @@ use spheretree::{Mesh, SphereTree};
 const FRAMES: usize = 450;
 
 fn body(kind: ObjectKind, cells: u32) -> SoftBody {
+    body_with(DeformerKind::Fem, kind, cells)
+}
+
+fn body_with(deformer: DeformerKind, kind: ObjectKind, cells: u32) -> SoftBody {
     let resolution = Resolution::new(cells).expect("in range");
-    SoftBody::new(Object::build(kind, resolution).expect("sound")).expect("one piece")
+    let object = Object::build(kind, resolution).expect("sound");
+    SoftBody::new(object, deformer).expect("one piece")
 }
 
 fn options(frames: usize, script: &Script) -> SessionOptions {
@@ -59,8 +65,14 @@ fn play(body: &SoftBody, script: &Script, fault: Option<Fault>) -> Result<Outcom
 
 #[test]
 fn both_sides_are_squeezed_and_the_shape_is_kept_between() {
-    for kind in [ObjectKind::Ball, ObjectKind::Tube] {
-        let body = body(kind, 4);
+    use DeformerKind::{Fem, Ffd};
+    for (deformer, kind) in [
+        (Fem, ObjectKind::Ball),
+        (Fem, ObjectKind::Tube),
+        (Ffd, ObjectKind::Ball),
+        (Ffd, ObjectKind::Cube),
+    ] {
+        let body = body_with(deformer, kind, 4);
         let initial_m3 = body.volume_m3();
         let script = script(&body, 1);
         let outcome = play(&body, &script, None).expect("the devices work");
@@ -71,6 +83,7 @@ fn both_sides_are_squeezed_and_the_shape_is_kept_between() {
             initial_m3,
             std::time::Duration::ZERO,
         );
+        assert_eq!(report.object.deformer, deformer);
         // Squeezed and released; squeezed and kept; squeezed from another side.
         assert_eq!(report.grasps.len(), 3, "{kind}");
         for grasp in &report.grasps {
@@ -293,6 +306,35 @@ fn catching_up_is_gradual() {
 }
 
 /// A fingertip on a thin wall presses on its own side of it only.
+/// A lattice takes the touched points where the fingertips go, and the object with them;
+/// what is far away stays.
+#[test]
+fn in_a_lattice_touched_points_go_with_the_fingertips() {
+    let mut body = body_with(DeformerKind::Ffd, ObjectKind::Cube, 6);
+    let rest = body.rest().positions().to_vec();
+    // Opposite corners of the cube, 10 cm apart.
+    let corner = |sign: f64| {
+        let far = |x: &[f64; 3]| sign * (x[0] + x[1] + x[2]);
+        let nodes = (0..rest.len()).max_by(|&a, &b| far(&rest[a]).total_cmp(&far(&rest[b])));
+        nodes.expect("nodes")
+    };
+    let (pressed, other) = (corner(1.0), corner(-1.0));
+    let contact = |node: usize| {
+        let node = u32::try_from(node).expect("few nodes");
+        fem_tet::Contact::weighted(&[(node, 1.0)]).expect("one node")
+    };
+    body.hold(vec![contact(pressed)])
+        .expect("one point is enough");
+    let inward = [-4e-3, -3e-3, -2e-3];
+    assert_eq!(body.displace(&[inward]), 1.0);
+    for c in 0..3 {
+        assert!((body.displacements()[pressed][c] - inward[c]).abs() < 1e-14);
+        assert_eq!(body.displacements()[other][c], 0.0);
+    }
+    body.relax();
+    assert_eq!(body.positions(), rest);
+}
+
 #[test]
 fn a_patch_does_not_reach_through_a_thin_wall() {
     // The crimped end of the tube is a centimetre thick.

@@ -1,9 +1,14 @@
 //! The deformation at one point: image, Jacobian, second derivatives.
 
+use fearless_simd::{Level, Simd, dispatch};
+
 use crate::blend::{blend, blend_with_partials};
+use crate::bspline::MAX_ORDER;
 use crate::frame::unit_entry;
 use crate::grid::Location;
+use crate::lattice::CellBlock;
 use crate::matrix::{Matrix, determinant};
+use crate::rows::{Rows, cubic};
 use crate::{FfdError, Lattice};
 
 /// What becomes of points outside the domain of a lattice.
@@ -46,7 +51,7 @@ impl<const D: usize> Lattice<D> {
     #[must_use]
     pub fn deform_point(&self, world: [f64; D]) -> [f64; D] {
         match self.grid().locate(world) {
-            Some(location) => self.moved(world, &location),
+            Some(location) => self.moved_once(world, &location),
             None => world,
         }
     }
@@ -64,7 +69,7 @@ impl<const D: usize> Lattice<D> {
     ) -> Result<[f64; D], FfdError> {
         check_point(0, world)?;
         match locate_with(self.grid(), 0, world, outside)? {
-            Some(location) => Ok(self.moved(world, &location)),
+            Some(location) => Ok(self.moved_once(world, &location)),
             None => Ok(world),
         }
     }
@@ -77,7 +82,7 @@ impl<const D: usize> Lattice<D> {
     #[must_use]
     pub fn evaluate(&self, world: [f64; D]) -> Option<Evaluation<D>> {
         let location = self.grid().locate(world)?;
-        Some(self.evaluate_at(world, &location, [false; D]))
+        Some(self.evaluate_at(world, &location))
     }
 
     /// The deformation at a point outside the domain.
@@ -87,7 +92,7 @@ impl<const D: usize> Lattice<D> {
         {
             let (u, domain) = (self.grid().frame().to_lattice(world), self.grid().domain());
             let clamped = std::array::from_fn(|i| u[i] < domain[i][0] || u[i] > domain[i][1]);
-            return self.evaluate_at(world, &location, clamped);
+            return self.evaluate_clamped(world, &location, clamped);
         }
         Evaluation {
             position: world,
@@ -96,9 +101,14 @@ impl<const D: usize> Lattice<D> {
         }
     }
 
-    /// The deformation of a point that moves as a place of the domain does, whatever
-    /// happens along clamped axes.
-    pub(crate) fn evaluate_at(
+    /// Image, Jacobian and determinant of a point at a known place.
+    pub(crate) fn evaluate_at(&self, world: [f64; D], location: &Location<D>) -> Evaluation<D> {
+        self.evaluate_clamped(world, location, [false; D])
+    }
+
+    /// The same for a point that moves as a place of the domain does, whatever happens
+    /// along clamped axes.
+    fn evaluate_clamped(
         &self,
         world: [f64; D],
         location: &Location<D>,
@@ -175,15 +185,63 @@ impl<const D: usize> Lattice<D> {
     }
 
     /// The image of a point at a known place.
-    pub(crate) fn moved(&self, world: [f64; D], location: &Location<D>) -> [f64; D] {
-        let order = self.grid().order();
-        let weights = std::array::from_fn(|axis| {
-            let basis = self.grid().basis(axis, location);
-            basis.values(order[axis] - 1, location.t[axis], 0.0, 1.0)
-        });
-        let moved = blend(order, &weights, &self.block(location.cell), 0.0);
-        std::array::from_fn(|c| world[c] + moved[c])
+    fn moved_once(&self, world: [f64; D], location: &Location<D>) -> [f64; D] {
+        dispatch!(Level::new(), simd => self.moved(simd, world, location))
     }
+
+    /// The same, within a loop that runs at some SIMD level.
+    #[inline(always)]
+    pub(crate) fn moved<S: Simd>(
+        &self,
+        simd: S,
+        world: [f64; D],
+        location: &Location<D>,
+    ) -> [f64; D] {
+        let order = self.grid().order();
+        let is_cubic = order == [4; D];
+        let mut weights = [[0.0; MAX_ORDER]; D];
+        for axis in 0..D {
+            // Known when compiled, the usual degree is faster.
+            let degree = if is_cubic { 3 } else { order[axis] - 1 };
+            let basis = self.grid().basis(axis, location);
+            weights[axis] = basis.values(degree, location.t[axis], 0.0, 1.0);
+        }
+        let block = self.block(location.cell);
+        let moved = if is_cubic {
+            match block.rows() {
+                Some(rows) => cubic(simd, rows, &weights),
+                None => cubic_at_border(simd, &block, &weights),
+            }
+        } else {
+            blend(order, &weights, &block, 0.0)
+        };
+        let mut image = world;
+        for c in 0..D {
+            image[c] += moved[c];
+        }
+        image
+    }
+}
+
+/// In a cell some of whose control points are fixed ones of an identity border, which
+/// are nowhere in memory.
+#[inline(never)]
+fn cubic_at_border<S: Simd, const D: usize>(
+    simd: S,
+    block: &CellBlock<'_, D>,
+    weights: &[[f64; MAX_ORDER]; D],
+) -> [f64; D] {
+    let mut components = [0.0; 4 * 4 * 4 * 3];
+    block.gather(&mut components, |component| component);
+    let rows = Rows {
+        components: &components,
+        row: 4 * D,
+        plane: 16 * D,
+    };
+    simd.vectorize(
+        #[inline(always)]
+        || cubic(simd, rows, weights),
+    )
 }
 
 /// Where a finite point is evaluated; `None` if it stays as it is.

@@ -144,11 +144,21 @@ impl<const D: usize> Frame<D> {
 
     /// The lattice coordinates of a world position.
     #[must_use]
+    #[inline(always)]
     pub fn to_lattice(&self, world: [f64; D]) -> [f64; D] {
-        self.inverse.map(|row| {
-            let terms = (0..D).map(|c| row[c] * (world[c] - self.origin[c]));
-            terms.sum()
-        })
+        // Loops, so that everything is inlined into the loops over points.
+        let mut from_origin = world;
+        for c in 0..D {
+            from_origin[c] -= self.origin[c];
+        }
+        let mut u = [0.0; D];
+        for i in 0..D {
+            u[i] = self.inverse[i][0] * from_origin[0];
+            for c in 1..D {
+                u[i] += self.inverse[i][c] * from_origin[c];
+            }
+        }
+        u
     }
 }
 

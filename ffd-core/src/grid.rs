@@ -263,6 +263,7 @@ impl<const D: usize> Grid<D> {
 
     /// Fixed layers of control points on each side of an axis, and cells of the domain
     /// before the first of the grid.
+    #[inline(always)]
     pub(crate) fn layers(&self, axis: usize) -> usize {
         match self.border {
             Border::Free => 0,
@@ -271,11 +272,13 @@ impl<const D: usize> Grid<D> {
     }
 
     /// Cells of the domain along an axis.
+    #[inline(always)]
     pub(crate) fn domain_cells(&self, axis: usize) -> usize {
         self.axes[axis].cells() + 2 * self.layers(axis)
     }
 
     /// The kind of knots around a cell of the domain: see [`Axis::kind_of_cell`].
+    #[inline(always)]
     pub(crate) fn kind_of_cell(&self, axis: usize, cell: usize) -> usize {
         // With a border the knots are uniform, and all cells are of one kind.
         self.axes[axis].kind_of_cell(
@@ -285,17 +288,20 @@ impl<const D: usize> Grid<D> {
     }
 
     /// The basis along an axis of the cell where a point is.
+    #[inline(always)]
     pub(crate) fn basis(&self, axis: usize, location: &Location<D>) -> &CellBasis<f64> {
         &self.axes[axis].bases()[self.kind_of_cell(axis, location.cell[axis])]
     }
 
     /// Basis functions that are not zero in a cell, per axis.
+    #[inline(always)]
     pub(crate) fn order(&self) -> [usize; D] {
         self.axes.each_ref().map(|axis| axis.degree().order())
     }
 
     /// The cell of a world point; `None` outside the domain and for points that are not
     /// finite.
+    #[inline(always)]
     pub(crate) fn locate(&self, world: [f64; D]) -> Option<Location<D>> {
         self.locate_lattice(self.frame.to_lattice(world))
     }
@@ -315,6 +321,7 @@ impl<const D: usize> Grid<D> {
     }
 
     /// The cell of a point in lattice coordinates.
+    #[inline(always)]
     pub(crate) fn locate_lattice(&self, u: [f64; D]) -> Option<Location<D>> {
         let mut location = Location {
             cell: [0; D],

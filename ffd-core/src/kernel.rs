@@ -11,7 +11,7 @@ use crate::bspline::{CellBasis, MAX_ORDER, Real};
 use crate::scalar::Kernel;
 
 /// Points evaluated in one call; a multiple of the widest vector.
-pub const CHUNK: usize = 64;
+pub(crate) const CHUNK: usize = 64;
 
 /// Lanes of the widest vector. Points are stored in groups of so many: first their
 /// positions within the cell, one list of this length per axis, then in the same way
@@ -162,7 +162,7 @@ where
             for c in 0..D {
                 let mut chain = partials[0][r] * cell.inverse[c];
                 for a in 1..D {
-                    chain = chain + partials[a][r] * cell.inverse[D * a + c];
+                    chain += partials[a][r] * cell.inverse[D * a + c];
                 }
                 let unit = if r == c { one } else { zero };
                 (unit + chain).store_slice(&mut out[D + D * r + c][at..at + V::LEN]);

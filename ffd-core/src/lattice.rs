@@ -2,6 +2,7 @@
 
 use crate::blend::Block;
 use crate::bspline::{Axis, Insertion};
+use crate::rows::Rows;
 use crate::{FfdError, Grid};
 
 /// A lattice of displaced control points: the deformation `x ↦ x + Σ Bᵢ(x) dᵢ`.
@@ -226,6 +227,7 @@ impl<const D: usize> Lattice<D> {
 
     /// The displacements of the control points that act on a cell of the domain; zero
     /// for those of an identity border.
+    #[inline(always)]
     pub(crate) fn block(&self, cell: [usize; D]) -> CellBlock<'_, D> {
         let per_axis = self.grid.control_points_per_axis();
         let mut stride = [1; D];
@@ -253,7 +255,7 @@ pub(crate) struct CellBlock<'a, const D: usize> {
     first: [usize; D],
 }
 
-impl<const D: usize> CellBlock<'_, D> {
+impl<'a, const D: usize> CellBlock<'a, D> {
     /// Where the control point with the given index along an axis is in memory, counted
     /// from the first that acts on the cell; `None` for one of a border.
     #[inline(always)]
@@ -262,9 +264,25 @@ impl<const D: usize> CellBlock<'_, D> {
         (i < self.per_axis[axis]).then(|| i * self.stride[axis])
     }
 
-    /// The displacement of one of the control points.
+    /// The displacement of the control point with the given index along each axis,
+    /// counted from the first that acts on the cell.
     pub(crate) fn displacement(&self, index: [usize; D]) -> [f64; D] {
-        std::array::from_fn(|component| self.component(index, component))
+        std::array::from_fn(|c| self.component(index, c))
+    }
+
+    /// The displacements where they are in memory; `None` if some are of a border.
+    #[inline(always)]
+    pub(crate) fn rows(&self) -> Option<Rows<'a>> {
+        let mut start = 0;
+        for axis in 0..D {
+            self.offset(axis, self.order[axis] - 1)?;
+            start += self.offset(axis, 0)?;
+        }
+        Some(Rows {
+            components: self.displacements[start..].as_flattened(),
+            row: self.stride[1] * D,
+            plane: self.stride[D - 1] * D,
+        })
     }
 
     /// Writes all displacements to the beginning of `out`, first axis fastest, and
@@ -286,7 +304,18 @@ impl<const D: usize> CellBlock<'_, D> {
             count += row_len;
             if let (Some(row), true) = (row, whole) {
                 let row = &self.displacements[row + self.first[0]..][..self.order[0]];
-                for (out, &value) in out.iter_mut().zip(row.as_flattened()) {
+                let row = row.as_flattened();
+                // Rows of cubic lattices are short and of known length: without a call.
+                if let (Ok(row), Ok(out)) = (
+                    <&[f64; 12]>::try_from(row),
+                    <&mut [T; 12]>::try_from(&mut *out),
+                ) {
+                    for (out, &value) in out.iter_mut().zip(row) {
+                        *out = convert(value);
+                    }
+                    continue;
+                }
+                for (out, &value) in out.iter_mut().zip(row) {
                     *out = convert(value);
                 }
                 continue;

@@ -39,8 +39,14 @@
 //! # Ok::<(), ffd_core::FfdError>(())
 //! ```
 
+#![allow(
+    clippy::needless_range_loop,
+    reason = "axes and components index several arrays at once, as in the formulas"
+)]
+
 mod blend;
 mod bspline;
+mod bulk;
 mod direct;
 mod embedding;
 mod error;
@@ -53,6 +59,7 @@ mod inverse;
 mod kernel;
 mod lattice;
 mod matrix;
+mod rows;
 mod scalar;
 mod sequence;
 mod tangent;

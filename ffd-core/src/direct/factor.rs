@@ -3,10 +3,12 @@
 //! All run on one thread by request (`Par::Seq`), whatever the process-wide setting is,
 //! so that results are repeatable.
 
+use std::sync::Arc;
+
 use faer::{
     Conj, MatMut, MatRef, Par,
     diag::DiagMut,
-    dyn_stack::{MemBuffer, MemStack},
+    dyn_stack::{MemBuffer, MemStack, StackReq},
     linalg::{
         cholesky::llt,
         svd::{ComputeSvdVectors, svd, svd_scratch},
@@ -25,8 +27,16 @@ use super::sparse::{Gram, SparseRows};
 /// The Cholesky factor of a symmetric positive definite matrix, with the memory that
 /// solving with it needs.
 pub(super) struct Cholesky {
-    factor: Factor,
+    /// Shared by copies, which have scratch memory of their own.
+    factor: Arc<Factor>,
+    request: StackReq,
     scratch: MemBuffer,
+}
+
+impl Clone for Cholesky {
+    fn clone(&self) -> Self {
+        Self::with_scratch(Arc::clone(&self.factor), self.request)
+    }
 }
 
 enum Factor {
@@ -40,7 +50,7 @@ enum Factor {
 
 impl std::fmt::Debug for Cholesky {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let kind = match &self.factor {
+        let kind = match &*self.factor {
             Factor::Dense { order, .. } => format!("dense of order {order}"),
             Factor::Sparse { symbolic, .. } => format!("sparse of order {}", symbolic.nrows()),
         };
@@ -73,10 +83,8 @@ impl Cholesky {
         )
         .map_err(|error| format!("not positive definite: {error:?}"))?;
         let request = llt::solve::solve_in_place_scratch::<f64>(order, columns, Par::Seq);
-        Ok(Self {
-            factor: Factor::Dense { order, values },
-            scratch: MemBuffer::new(request),
-        })
+        let factor = Factor::Dense { order, values };
+        Ok(Self::with_scratch(Arc::new(factor), request))
     }
 
     fn sparse(
@@ -108,13 +116,19 @@ impl Cholesky {
             )
             .map_err(|error| format!("not positive definite: {error:?}"))?;
         let request = symbolic.solve_in_place_scratch::<f64>(columns, Par::Seq);
-        Ok(Self {
+        let factor = Factor::Sparse {
+            symbolic: Box::new(symbolic),
+            values: factor,
+        };
+        Ok(Self::with_scratch(Arc::new(factor), request))
+    }
+
+    fn with_scratch(factor: Arc<Factor>, request: StackReq) -> Self {
+        Self {
+            factor,
+            request,
             scratch: MemBuffer::new(request),
-            factor: Factor::Sparse {
-                symbolic: Box::new(symbolic),
-                values: factor,
-            },
-        })
+        }
     }
 
     /// Solves in place, for as many right-hand sides as were announced, without
@@ -123,7 +137,7 @@ impl Cholesky {
         let order = x.len();
         let x = MatMut::from_row_major_slice_mut(x.as_flattened_mut(), order, D);
         let stack = MemStack::new(&mut self.scratch);
-        match &self.factor {
+        match &*self.factor {
             Factor::Dense { order, values } => {
                 let factor = MatRef::from_column_major_slice(values, *order, *order);
                 llt::solve::solve_in_place_with_conj(factor, Conj::No, x, Par::Seq, stack);
@@ -141,7 +155,7 @@ impl Cholesky {
         let mut visit = |unknown: usize, entry: f64| {
             smallest = smallest.min(entry * entry / reference(unknown));
         };
-        let (symbolic, values) = match &self.factor {
+        let (symbolic, values) = match &*self.factor {
             Factor::Dense { order, values } => {
                 for j in 0..*order {
                     visit(j, values[j * (order + 1)]);

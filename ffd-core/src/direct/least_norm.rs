@@ -55,7 +55,7 @@ const SMALLEST_SINGULAR_VALUE: f64 = 1e-13;
 const STEPS: usize = 40;
 
 /// A system, ready to be solved for many right-hand sides, `D` at a time.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct LeastNorm<const D: usize> {
     matrix: SparseRows,
     damping: f64,
@@ -72,7 +72,7 @@ pub(super) struct LeastNorm<const D: usize> {
 }
 
 /// What makes the steps.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 enum Method {
     /// The factor of `A Aᵀ + μ`.
     Rows(Cholesky),

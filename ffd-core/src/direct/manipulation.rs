@@ -40,7 +40,7 @@ const INVOLVED: f64 = 1e-6;
 /// }
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct DirectManipulation<const D: usize> {
     fit: Fit,
     control_point_count: usize,

@@ -1,7 +1,7 @@
 //! Sparse matrices by rows, and their products with themselves.
 
 /// A sparse matrix, row after row. Within a row, columns are all different.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct SparseRows {
     starts: Vec<usize>,
     columns: Vec<usize>,

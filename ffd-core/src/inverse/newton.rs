@@ -157,7 +157,7 @@ impl<const D: usize> Inverse<'_, D> {
     }
 
     fn trial_at(&self, q: [f64; D], y: [f64; D], location: Location<D>) -> Trial<D> {
-        let there = self.lattice.evaluate_at(y, &location, [false; D]);
+        let there = self.lattice.evaluate_at(y, &location);
         // Scaled before it is squared, so that nothing overflows or underflows.
         let unit = f64::EPSILON * self.size;
         let mut square = 0.0;

@@ -1,5 +1,10 @@
 //! Lattices to test with, and the slow formulation to test against.
 #![allow(dead_code, reason = "each test uses a part of this")]
+#![allow(
+    clippy::cast_possible_truncation,
+    clippy::needless_range_loop,
+    reason = "small numbers; indices as in the formulas"
+)]
 
 use ffd_core::{Border, Degree, Frame, Grid, Knots, Lattice};
 use proptest::array::UniformArrayStrategy;
@@ -7,7 +12,7 @@ use proptest::prelude::*;
 
 /// A skewed and mirrored frame, to catch mixed-up rows, columns and signs. Its axes are
 /// between 0.5 and 1.6 long and its inverse has entries below 3 and row sums below 4.
-pub fn frame<const D: usize>() -> Frame<D> {
+pub(crate) fn frame<const D: usize>() -> Frame<D> {
     let axes3 = [[0.5, 0.25, 0.0], [0.125, 1.0, -0.25], [0.0, 0.5, -1.5]];
     let axes2 = [[0.5, 0.25, 0.0], [0.5, -1.0, 0.0]];
     let origin = [3.0, -1.0, 2.0];
@@ -19,17 +24,19 @@ pub fn frame<const D: usize>() -> Frame<D> {
     .unwrap()
 }
 
-pub fn degree() -> impl Strategy<Value = Degree> {
+pub(crate) fn degree() -> impl Strategy<Value = Degree> {
     (1_usize..=5).prop_map(|n| Degree::new(n).unwrap())
 }
 
 /// `D` independent values.
-pub fn each<const D: usize, S: Strategy>(strategy: S) -> UniformArrayStrategy<S, [S::Value; D]> {
+pub(crate) fn each<const D: usize, S: Strategy>(
+    strategy: S,
+) -> UniformArrayStrategy<S, [S::Value; D]> {
     UniformArrayStrategy::new(strategy)
 }
 
 /// Grids of every degree, kind of knots and border, with up to `most` cells per axis.
-pub fn grid<const D: usize>(most: usize) -> impl Strategy<Value = Grid<D>> {
+pub(crate) fn grid<const D: usize>(most: usize) -> impl Strategy<Value = Grid<D>> {
     let knots = prop_oneof![Just(Knots::Uniform), Just(Knots::Clamped)];
     (
         each::<D, _>(degree()),
@@ -48,7 +55,7 @@ pub fn grid<const D: usize>(most: usize) -> impl Strategy<Value = Grid<D>> {
 }
 
 /// Lattices on such grids, displaced by up to `most_displacement` per component.
-pub fn lattice<const D: usize>(
+pub(crate) fn lattice<const D: usize>(
     most_cells: usize,
     most_displacement: f64,
 ) -> impl Strategy<Value = Lattice<D>> {
@@ -60,7 +67,7 @@ pub fn lattice<const D: usize>(
 }
 
 /// The lattice on a grid with the given displacement of the control point at each place.
-pub fn displaced<const D: usize>(
+pub(crate) fn displaced<const D: usize>(
     grid: Grid<D>,
     displacement: impl Fn([f64; D]) -> [f64; D],
 ) -> Lattice<D> {
@@ -71,7 +78,7 @@ pub fn displaced<const D: usize>(
 }
 
 /// The world point at the given fractions of the domain.
-pub fn at<const D: usize>(grid: &Grid<D>, fractions: [f64; D]) -> [f64; D] {
+pub(crate) fn at<const D: usize>(grid: &Grid<D>, fractions: [f64; D]) -> [f64; D] {
     let domain = grid.domain();
     grid.frame().to_world(std::array::from_fn(|i| {
         domain[i][0] + fractions[i] * (domain[i][1] - domain[i][0])
@@ -103,7 +110,7 @@ fn spline(knot: &dyn Fn(isize) -> f64, cell: isize, k: usize, i: isize, p: isize
 /// The sum over all control points of displacement times basis functions, with the
 /// given order of derivative along each axis, at lattice coordinates `u` in the cell
 /// that contains them (the one above at a knot).
-pub fn slow_sum<const D: usize>(
+pub(crate) fn slow_sum<const D: usize>(
     lattice: &Lattice<D>,
     u: [f64; D],
     derivative: [usize; D],

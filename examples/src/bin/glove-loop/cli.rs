@@ -4,6 +4,7 @@ use std::{num::NonZeroUsize, path::PathBuf};
 
 use clap::{Parser, ValueEnum as _};
 use examples::{
+    deformer::DeformerKind,
     devices::Fault,
     grasp::{FEWEST_HOLDING, GraspRules},
     scene::{ObjectKind, Resolution},
@@ -17,6 +18,7 @@ const EXAMPLES: &str = "\
 Examples:
   glove-loop                                  squeeze a ball, write out/
   glove-loop --object strawberry --seed 7     another object, another hand
+  glove-loop --deformer ffd                   bend space instead of an elastic solid
   glove-loop --object out/object.txt          go on with the object kept last
   glove-loop --joints hand.txt --pose wrist.traj --out real
                                               a recorded hand
@@ -38,6 +40,11 @@ pub(crate) struct Cli {
     /// Cells across a built object, 3 to 16
     #[arg(long, value_name = "CELLS", default_value = "5", value_parser = parse_resolution)]
     pub(crate) resolution: Resolution,
+
+    /// What deforms the object: fem, an elastic solid, or ffd, a lattice around it that
+    /// bends with the fingertips
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) deformer: DeformerKind,
 
     /// Number of frames, at most 100000 [default: 1800 for the script, all of a recording].
     /// The script is told in as many frames as there are; below about 100 it skips parts

@@ -16,6 +16,7 @@ use std::{
 use clap::Parser as _;
 use cli::Cli;
 use examples::{
+    deformer::DeformerKind,
     moments::Moments,
     motion::{Motion, NoGrasp, Recording, RecordingSource, Script},
     output::OutputFolder,
@@ -68,8 +69,8 @@ fn run(cli: &Cli) -> Result<(), Error> {
     }
     let model = HandModel::average_right();
     let power_up = Instant::now();
-    let object =
-        SoftBody::new(load_object(cli)?).map_err(|error| format!("{}: {error}", cli.object))?;
+    let object = SoftBody::new(load_object(cli)?, cli.deformer)
+        .map_err(|error| format!("{}: {error}", cli.object))?;
     let set_up = power_up.elapsed();
     let recording = load_recording(cli)?;
     let mut out = OutputFolder::create(&cli.out).map_err(|e| at_path(&cli.out, &e))?;
@@ -77,7 +78,7 @@ fn run(cli: &Cli) -> Result<(), Error> {
     // A fine object is rehearsed with a coarse one, which costs a tenth of a second.
     let rehearsed = match cli.builtin() {
         Some(kind) if cli.resolution.is_fine() => {
-            SoftBody::new(Object::build(kind, Resolution::default())?)?
+            SoftBody::new(Object::build(kind, Resolution::default())?, cli.deformer)?
         }
         _ => object.clone(),
     };
@@ -118,7 +119,7 @@ fn run(cli: &Cli) -> Result<(), Error> {
 
     let initial_volume_m3 = object.volume_m3();
     let display = object.display().to_vec();
-    let tets = object.body().mesh().tets().to_vec();
+    let tets = object.rest().tets().to_vec();
 
     let progress = progress_bar(options.frames);
     let mut moments = Moments::new(motion.key_moments(), options.frames, options.frame_s);
@@ -149,7 +150,15 @@ fn run(cli: &Cli) -> Result<(), Error> {
     let json = serde_json::to_string_pretty(&report)? + "\n";
     let mut png = Vec::new();
     contact_sheet(
-        &format!("{}, {} nodes", report.object.name, report.object.nodes),
+        &format!(
+            "{}, {} nodes{}",
+            report.object.name,
+            report.object.nodes,
+            match cli.deformer {
+                DeformerKind::Fem => "",
+                DeformerKind::Ffd => ", in a lattice",
+            }
+        ),
         &moments.into_snapshots(),
         &display,
     )

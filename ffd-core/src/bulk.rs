@@ -1,0 +1,150 @@
+//! Many points in any order, in place.
+
+use fearless_simd::{Level, Simd, dispatch};
+
+use crate::evaluate::{check_point, locate_with};
+use crate::scalar::Scalar;
+use crate::{FfdError, Lattice, Outside};
+
+/// Points handed to a thread at a time.
+#[cfg(feature = "rayon")]
+const POINTS_PER_TASK: usize = 1 << 12;
+
+impl<const D: usize> Lattice<D> {
+    /// Deforms points in place and returns how many lie outside the domain.
+    ///
+    /// `points` may be of any vector type that converts to and from `[S; D]`, with `S`
+    /// either `f64` or `f32`; the computation is in `f64` throughout, and `f64` results
+    /// are equal to those of [`Lattice::deform_point_with`] to the last bit. Nothing is
+    /// allocated. To deform the same points again and again, bind them to the grid with
+    /// an [`Embedding`](crate::Embedding).
+    ///
+    /// # Errors
+    ///
+    /// * [`FfdError::NonFinitePoint`];
+    /// * [`FfdError::PointOutside`] with [`Outside::Error`];
+    ///
+    /// each with the index of the first such point. No point is changed then.
+    ///
+    /// # Example
+    ///
+    /// ```
+    /// use ffd_core::{Degree, Frame, Grid, Lattice, Outside};
+    /// use glam::Vec3;
+    ///
+    /// let grid = Grid::new([Degree::CUBIC; 3], [2, 2, 2], Frame::unit())?;
+    /// let displacements = vec![[0.0, 0.5, 0.0]; grid.control_point_count()];
+    /// let lattice = Lattice::new(grid, displacements)?;
+    /// let mut mesh = [Vec3::ONE, Vec3::new(9.0, 1.0, 1.0)];
+    /// let outside = lattice.deform_points::<f32, _>(&mut mesh, Outside::Keep)?;
+    /// assert_eq!(mesh, [Vec3::new(1.0, 1.5, 1.0), Vec3::new(9.0, 1.0, 1.0)]);
+    /// assert_eq!(outside, 1);
+    /// # Ok::<(), ffd_core::FfdError>(())
+    /// ```
+    pub fn deform_points<S, P>(&self, points: &mut [P], outside: Outside) -> Result<usize, FfdError>
+    where
+        S: Scalar,
+        P: Copy + Into<[S; D]> + From<[S; D]>,
+    {
+        self.check_points::<S, P>(0, points, outside)?;
+        Ok(self.deform_checked::<S, P>(points, outside))
+    }
+
+    /// [`Lattice::deform_points`] on the threads of the current rayon pool. The result is
+    /// the same to the last bit.
+    ///
+    /// # Errors
+    ///
+    /// As [`Lattice::deform_points`].
+    #[cfg(feature = "rayon")]
+    pub fn par_deform_points<S, P>(
+        &self,
+        points: &mut [P],
+        outside: Outside,
+    ) -> Result<usize, FfdError>
+    where
+        S: Scalar,
+        P: Copy + Into<[S; D]> + From<[S; D]> + Send + Sync,
+    {
+        use rayon::prelude::*;
+
+        let first_error = points
+            .par_chunks(POINTS_PER_TASK)
+            .enumerate()
+            .find_map_first(|(task, points)| {
+                self.check_points::<S, P>(task * POINTS_PER_TASK, points, outside)
+                    .err()
+            });
+        match first_error {
+            Some(error) => Err(error),
+            None => Ok(points
+                .par_chunks_mut(POINTS_PER_TASK)
+                .map(|points| self.deform_checked::<S, P>(points, outside))
+                .sum()),
+        }
+    }
+
+    /// Finds the first point that cannot be deformed; the first of `points` has index
+    /// `first`.
+    fn check_points<S, P>(
+        &self,
+        first: usize,
+        points: &[P],
+        outside: Outside,
+    ) -> Result<(), FfdError>
+    where
+        S: Scalar,
+        P: Copy + Into<[S; D]>,
+    {
+        for (i, &point) in points.iter().enumerate() {
+            let world = point.into().map(S::to_f64);
+            check_point(first + i, world)?;
+            if outside == Outside::Error {
+                locate_with(self.grid(), first + i, world, outside)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn deform_checked<S, P>(&self, points: &mut [P], outside: Outside) -> usize
+    where
+        S: Scalar,
+        P: Copy + Into<[S; D]> + From<[S; D]>,
+    {
+        // Through a buffer of one type, so that the loop over it is compiled once.
+        const BUFFER: usize = 64;
+        let level = Level::new();
+        let mut buffer = [[0.0; D]; BUFFER];
+        let mut count = 0;
+        for points in points.chunks_mut(BUFFER) {
+            let buffer = &mut buffer[..points.len()];
+            for (world, &point) in buffer.iter_mut().zip(&*points) {
+                *world = point.into().map(S::to_f64);
+            }
+            count += dispatch!(level, simd => self.deform_buffer(simd, buffer, outside));
+            for (point, world) in points.iter_mut().zip(&*buffer) {
+                *point = P::from(world.map(S::from_f64));
+            }
+        }
+        count
+    }
+
+    /// Deforms finite points that do not lie outside if that is an error.
+    #[inline(always)]
+    fn deform_buffer<V: Simd>(&self, simd: V, points: &mut [[f64; D]], outside: Outside) -> usize {
+        let mut count = 0;
+        for world in points {
+            if let Some(location) = self.grid().locate(*world) {
+                *world = self.moved(simd, *world, &location);
+                continue;
+            }
+            count += 1;
+            if outside == Outside::Clamp
+                && let Some(location) = self.grid().locate_nearest(*world)
+            {
+                *world = self.moved(simd, *world, &location);
+            }
+        }
+        count
+    }
+}
