@@ -66,7 +66,7 @@ numbers.
 ///
 /// Meshes are OBJ, PLY or STL files, told apart by their names.
 #[derive(Debug, Parser)]
-#[command(name = "ffd", version, after_help = EXAMPLES)]
+#[command(name = "ffd", version, after_help = EXAMPLES, arg_required_else_help = false)]
 pub(crate) struct Cli {
     #[command(subcommand)]
     pub(crate) command: Command,

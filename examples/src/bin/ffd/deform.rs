@@ -116,5 +116,9 @@ fn moved_normal(jacobian: &[[f64; 3]; 3], normal: [f64; 3]) -> [f64; 3] {
     }
     let moved = transform_normal(jacobian, normal);
     // Where the surface is squeezed to a line there is none; any other is no worse.
-    if moved == [0.0; 3] { normal } else { moved }
+    if moved.iter().all(|&c| c == 0.0) {
+        normal
+    } else {
+        moved
+    }
 }

@@ -1,15 +1,11 @@
 //! `ffd undo`: a deformed mesh back through lattices.
 
 use examples::output::write_new_file;
-use ffd_core::{Evaluation, transform_tangent};
+use ffd_core::{Evaluation, InverseError, Sequence, UndoReport, transform_tangent};
+use rayon::prelude::*;
 use serde_json::json;
 
-use crate::{
-    Answer, Error,
-    cli::Undo,
-    deform::IDENTITY,
-    files::{self},
-};
+use crate::{Answer, Error, cli::Undo, deform::IDENTITY, files};
 
 pub(crate) fn run(arguments: &Undo) -> Result<Answer, Error> {
     let Undo {
@@ -23,8 +19,7 @@ pub(crate) fn run(arguments: &Undo) -> Result<Answer, Error> {
     let sequence = files::read_sequence(lattice)?;
 
     let mut positions = mesh.positions().to_vec();
-    let report = sequence
-        .undo_points(&mut positions)
+    let report = undo(&sequence, &mut positions)
         .map_err(|error| format!("{}: {error}", lattice.display()))?;
     let mut stays = vec![false; positions.len()];
     for &index in report.not_in_image.iter().chain(&report.unresolved) {
@@ -77,6 +72,30 @@ pub(crate) fn run(arguments: &Undo) -> Result<Answer, Error> {
         }),
         notes,
     })
+}
+
+/// [`Sequence::undo_points`] on all threads.
+fn undo(sequence: &Sequence<3>, positions: &mut [[f64; 3]]) -> Result<UndoReport, InverseError> {
+    // Several parts for each thread, as some points take longer than others; not too
+    // many, as each part looks at all control points first.
+    let parts = 4 * rayon::current_num_threads();
+    let length = positions.len().div_ceil(parts).max(1024);
+    let reports: Vec<_> = positions
+        .par_chunks_mut(length)
+        .map(|part| sequence.undo_points(part))
+        .collect();
+    let mut whole = UndoReport::default();
+    for (number, report) in reports.into_iter().enumerate() {
+        let mut report = report?;
+        for (all, part) in [
+            (&mut whole.two_preimages, &mut report.two_preimages),
+            (&mut whole.not_in_image, &mut report.not_in_image),
+            (&mut whole.unresolved, &mut report.unresolved),
+        ] {
+            all.extend(part.iter().map(|index| number * length + index));
+        }
+    }
+    Ok(whole)
 }
 
 /// The normal that the deformation has turned into the given one.
