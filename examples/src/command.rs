@@ -22,9 +22,21 @@ const LONGEST: usize = 500;
 #[derive(Debug)]
 pub struct Answer {
     /// Goes to standard output.
-    pub json: serde_json::Value,
+    json: String,
     /// Go to standard error, a line each.
-    pub notes: Vec<String>,
+    notes: Vec<String>,
+}
+
+impl Answer {
+    /// An answer in JSON, and notes of one sentence each.
+    ///
+    /// # Errors
+    ///
+    /// Those of the data.
+    pub fn new(json: &impl Serialize, notes: Vec<String>) -> serde_json::Result<Self> {
+        let json = serde_json::to_string(json)?;
+        Ok(Self { json, notes })
+    }
 }
 
 /// Parses the arguments, runs the program and reports, all in the usual manner.
@@ -80,13 +92,9 @@ fn read_at_most(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-fn print(json: &impl Serialize) -> io::Result<()> {
-    let mut out = io::BufWriter::new(io::stdout().lock());
-    let written = serde_json::to_writer(&mut out, json)
-        .map_err(io::Error::from)
-        .and_then(|()| out.write_all(b"\n"))
-        .and_then(|()| out.flush());
-    match written {
+fn print(text: &str) -> io::Result<()> {
+    let mut out = io::stdout().lock();
+    match writeln!(out, "{text}").and_then(|()| out.flush()) {
         // Whoever reads has seen enough, as in `ffd eval … | head`.
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
         written => written,

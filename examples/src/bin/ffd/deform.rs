@@ -43,10 +43,8 @@ pub(crate) fn run(arguments: &Deform) -> Result<Answer, Error> {
         ));
     }
     notes.extend(files::encoding_notes(&mesh, &output.path));
-    Ok(Answer {
-        json: json!({ "vertices": vertices, "outside": deformed.outside }),
-        notes,
-    })
+    let summary = json!({ "vertices": vertices, "outside": deformed.outside });
+    Ok(Answer::new(&summary, notes)?)
 }
 
 /// `lattice 2 of 3: `, counted from one; nothing if there is only one.

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use examples::command::read;
 use ffd_core::Sequence;
-use serde_json::json;
+use serde::{Serialize, Serializer};
 
 use crate::{
     Answer, Error,
@@ -26,9 +26,7 @@ fn evaluate<const D: usize>(
     points: &[Vec<f64>],
     arguments: &Eval,
 ) -> Result<Answer, Error> {
-    let mut images = Vec::with_capacity(points.len());
-    let mut jacobians = Vec::with_capacity(points.len());
-    let mut determinants = Vec::with_capacity(points.len());
+    let mut table = Table::<D>::default();
     let mut outside = 0;
     for (index, point) in points.iter().enumerate() {
         let point = <[f64; D]>::try_from(point.as_slice()).map_err(|_| {
@@ -52,9 +50,9 @@ fn evaluate<const D: usize>(
             )
         })?;
         outside += usize::from(!is_deformed(sequence, point));
-        images.push(there.position.to_vec());
-        jacobians.push(there.jacobian.as_flattened().to_vec());
-        determinants.push(there.determinant);
+        table.points.push(Row(there.position));
+        table.jacobians.push(Rows(there.jacobian));
+        table.det.push(there.determinant);
     }
     let mut notes = Vec::new();
     if outside > 0 {
@@ -63,10 +61,34 @@ fn evaluate<const D: usize>(
             "{outside} of {of} points lie outside: they stay where they are"
         ));
     }
-    Ok(Answer {
-        json: json!({ "points": images, "jacobians": jacobians, "det": determinants }),
-        notes,
-    })
+    Ok(Answer::new(&table, notes)?)
+}
+
+/// What is printed, one entry for each point.
+#[derive(Default, Serialize)]
+struct Table<const D: usize> {
+    points: Vec<Row<D>>,
+    /// Row by row.
+    jacobians: Vec<Rows<D>>,
+    det: Vec<f64>,
+}
+
+/// A list of numbers. (serde does not know arrays of a generic length.)
+struct Row<const D: usize>([f64; D]);
+
+impl<const D: usize> Serialize for Row<D> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.0[..].serialize(serializer)
+    }
+}
+
+/// A matrix as one list of numbers.
+struct Rows<const D: usize>([[f64; D]; D]);
+
+impl<const D: usize> Serialize for Rows<D> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.0.as_flattened().serialize(serializer)
+    }
 }
 
 /// Whether a point comes into the domain of any lattice.

@@ -102,15 +102,13 @@ pub(crate) fn run(arguments: &Pull) -> Result<Answer, Error> {
         ));
     }
     notes.extend(files::encoding_notes(&mesh, &output.path));
-    Ok(Answer {
-        json: json!({
-            "vertices": vertices,
-            "constraints": constraints.len(),
-            "largest_residual": pull.largest_residual,
-            "least_det": least,
-        }),
-        notes,
-    })
+    let summary = json!({
+        "vertices": vertices,
+        "constraints": constraints.len(),
+        "largest_residual": pull.largest_residual,
+        "least_det": least,
+    });
+    Ok(Answer::new(&summary, notes)?)
 }
 
 /// The box of the lattice: that of the points with a margin, never flat.

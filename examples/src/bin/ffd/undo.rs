@@ -63,15 +63,13 @@ pub(crate) fn run(arguments: &Undo) -> Result<Answer, Error> {
         ));
     }
     notes.extend(files::encoding_notes(&mesh, &output.path));
-    Ok(Answer {
-        json: json!({
-            "vertices": vertices,
-            "two_preimages": two,
-            "not_in_image": none,
-            "unresolved": unresolved,
-        }),
-        notes,
-    })
+    let summary = json!({
+        "vertices": vertices,
+        "two_preimages": two,
+        "not_in_image": none,
+        "unresolved": unresolved,
+    });
+    Ok(Answer::new(&summary, notes)?)
 }
 
 /// [`Sequence::undo_points`] on all threads.

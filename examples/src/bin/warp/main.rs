@@ -127,17 +127,15 @@ fn run(cli: &Cli) -> Result<Answer, Error> {
     if range.folded > 0.0 {
         notes.push("the warp folds the picture; drag less far or with fewer cells".to_owned());
     }
-    Ok(Answer {
-        json: json!({
-            "picture": [picture.width, picture.height],
-            "cells": lattice.grid().cells(),
-            "drags": drags.len(),
-            "largest_residual": pull.largest_residual,
-            "det": { "min": range.min, "max": range.max },
-            "folded": range.folded,
-        }),
-        notes,
-    })
+    let summary = json!({
+        "picture": [picture.width, picture.height],
+        "cells": lattice.grid().cells(),
+        "drags": drags.len(),
+        "largest_residual": pull.largest_residual,
+        "det": { "min": range.min, "max": range.max },
+        "folded": range.folded,
+    });
+    Ok(Answer::new(&summary, notes)?)
 }
 
 /// What is wrong, with the drags as the user wrote them.
