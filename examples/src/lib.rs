@@ -13,7 +13,12 @@
 //! ```
 //!
 //! One direction, one owner per arrow. See [`session::run`].
+//!
+//! Beside the loop stand two programs for free-form deformation: `ffd`, which deforms
+//! mesh files, and `warp`, which warps a picture (see [`warp`]). [`command`] is what they
+//! have in common.
 
+pub mod command;
 pub mod deformer;
 pub mod devices;
 pub mod geometry;
@@ -32,3 +37,4 @@ pub mod session;
 pub mod soft_body;
 pub mod touch;
 pub mod vtu;
+pub mod warp;

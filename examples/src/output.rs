@@ -99,47 +99,90 @@ impl OutputFolder {
 /// What the file system says, with the path; [`io::ErrorKind::AlreadyExists`] without
 /// `force`. Something else than a file is never replaced.
 pub fn write_new_file(path: &Path, bytes: &[u8], force: bool) -> io::Result<()> {
-    put_in_place(path, bytes, force).map_err(|error| named(path, &error))
+    write_new_files(&[(path, bytes)], force)
 }
 
-fn put_in_place(path: &Path, bytes: &[u8], force: bool) -> io::Result<()> {
-    // The link itself, should it lead nowhere.
-    let occupied = path.symlink_metadata().is_ok();
-    if occupied && !force {
-        return Err(already_there());
+/// Writes several files as [`write_new_file`] does, all of them or none.
+///
+/// All bytes are on the disk before the first file takes its place. Should a later one
+/// fail to do so even then, those that are new are removed again; what `force` has
+/// replaced stays replaced.
+///
+/// # Errors
+///
+/// As [`write_new_file`].
+pub fn write_new_files(files: &[(&Path, &[u8])], force: bool) -> io::Result<()> {
+    let mut staged = Vec::with_capacity(files.len());
+    for (path, bytes) in files {
+        staged.push(Staged::new(path, bytes, force).map_err(|error| named(path, &error))?);
     }
-    let mut target = path.to_owned();
-    let mut permissions = None;
-    if occupied {
-        target = path.canonicalize()?;
-        let metadata = target.metadata()?;
-        if !metadata.is_file() {
-            return Err(io::Error::other("in the way: not a file"));
+    for (number, ((path, _), file)) in files.iter().zip(&staged).enumerate() {
+        file.put_in_place(force).map_err(|error| {
+            for earlier in staged[..number].iter().filter(|earlier| !earlier.replaces) {
+                let _ignored = fs::remove_file(&earlier.target);
+            }
+            named(path, &error)
+        })?;
+    }
+    Ok(())
+}
+
+/// A file that is written, but not yet where it belongs.
+struct Staged {
+    unfinished: Unfinished,
+    target: PathBuf,
+    /// Whether there was a file already.
+    replaces: bool,
+}
+
+impl Staged {
+    fn new(path: &Path, bytes: &[u8], force: bool) -> io::Result<Self> {
+        // The link itself, should it lead nowhere.
+        let replaces = path.symlink_metadata().is_ok();
+        if replaces && !force {
+            return Err(already_there());
         }
-        permissions = Some(metadata.permissions());
+        let mut target = path.to_owned();
+        let mut permissions = None;
+        if replaces {
+            target = path.canonicalize()?;
+            let metadata = target.metadata()?;
+            if !metadata.is_file() {
+                return Err(io::Error::other("in the way: not a file"));
+            }
+            permissions = Some(metadata.permissions());
+        }
+        let (unfinished, mut file) = Unfinished::create_beside(&target)?;
+        file.write_all(bytes)?;
+        if let Some(permissions) = permissions {
+            file.set_permissions(permissions)?;
+        }
+        // Otherwise a power cut could leave the name without the contents.
+        file.sync_all()?;
+        Ok(Self {
+            unfinished,
+            target,
+            replaces,
+        })
     }
-    let (unfinished, mut file) = Unfinished::create_beside(&target)?;
-    file.write_all(bytes)?;
-    if let Some(permissions) = permissions {
-        file.set_permissions(permissions)?;
-    }
-    // Otherwise a power cut could leave the name without the contents.
-    file.sync_all()?;
-    drop(file);
-    if force {
-        return fs::rename(&unfinished.0, &target);
-    }
-    // A hard link, unlike renaming, fails if the name has been taken in the meantime.
-    match fs::hard_link(&unfinished.0, &target) {
-        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => Err(already_there()),
-        Ok(()) => Ok(()),
-        // Some file systems have no hard links: take the name, then fill it.
-        Err(_) => {
-            File::create_new(&target)?;
-            fs::rename(&unfinished.0, &target).inspect_err(|_| {
-                // Ours, and empty.
-                let _ignored = fs::remove_file(&target);
-            })
+
+    fn put_in_place(&self, force: bool) -> io::Result<()> {
+        let (unfinished, target) = (&self.unfinished.0, &self.target);
+        if force {
+            return fs::rename(unfinished, target);
+        }
+        // A hard link, unlike renaming, fails if the name has been taken in the meantime.
+        match fs::hard_link(unfinished, target) {
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => Err(already_there()),
+            Ok(()) => Ok(()),
+            // Some file systems have no hard links: take the name, then fill it.
+            Err(_) => {
+                File::create_new(target)?;
+                fs::rename(unfinished, target).inspect_err(|_| {
+                    // Ours, and empty.
+                    let _ignored = fs::remove_file(target);
+                })
+            }
         }
     }
 }
@@ -262,6 +305,15 @@ mod tests {
         let bytes = fs::read(&raced).expect("there");
         assert_eq!(bytes, [bytes[0]; 1000]);
         assert_eq!(names(), 2);
+
+        // Of two files with one name, and of one that fits and one that does not, none.
+        let other = root.join("other.obj");
+        write_new_files(&[(&other, b"1"), (&other, b"2")], false).expect_err("one name");
+        write_new_files(&[(&other, b"1"), (&path, b"2")], false).expect_err("taken");
+        assert_eq!(names(), 2);
+        write_new_files(&[(&other, b"1"), (&path, b"3")], true).expect("writable");
+        assert_eq!(fs::read(&other).expect("there"), b"1");
+        fs::remove_file(other).expect("ours");
 
         // A folder is never replaced.
         let folder = root.join("folder");

@@ -45,8 +45,42 @@ impl Image {
         writer.finish()
     }
 
+    /// Reads a PNG file of any kind. Sixteen bits are cut to eight, transparent parts lie
+    /// on white; colour profiles are not looked at.
+    ///
+    /// # Errors
+    ///
+    /// What the reader reports; [`png::DecodingError::LimitsExceeded`] for pictures that
+    /// take more than 256 MB.
+    pub fn read_png(bytes: &[u8]) -> Result<Self, png::DecodingError> {
+        let mut decoder = png::Decoder::new(std::io::Cursor::new(bytes));
+        decoder.set_transformations(png::Transformations::EXPAND | png::Transformations::STRIP_16);
+        let mut reader = decoder.read_info()?;
+        let size = reader.output_buffer_size().filter(|&size| size <= 1 << 28);
+        let mut samples = vec![0; size.ok_or(png::DecodingError::LimitsExceeded)?];
+        let info = reader.next_frame(&mut samples)?;
+        let samples = &samples[..info.buffer_size()];
+        let channels = info.color_type.samples();
+        let rgb = samples.chunks_exact(channels).map(|pixel| {
+            let (colour, alpha) = match *pixel {
+                [grey] => ([grey; 3], u8::MAX),
+                [grey, alpha] => ([grey; 3], alpha),
+                [r, g, b] => ([r, g, b], u8::MAX),
+                [r, g, b, alpha, ..] => ([r, g, b], alpha),
+                [] => ([0; 3], 0),
+            };
+            let alpha = f32::from(alpha) / 255.0;
+            to_bytes(colour.map(|c| alpha * f32::from(c) / 255.0 + (1.0 - alpha)))
+        });
+        Ok(Self {
+            width: info.width as usize,
+            height: info.height as usize,
+            rgb: rgb.collect(),
+        })
+    }
+
     /// Copies `other` to column `x` and row `y`; what sticks out is left away.
-    pub(super) fn paste(&mut self, other: &Image, x: usize, y: usize) {
+    pub(crate) fn paste(&mut self, other: &Image, x: usize, y: usize) {
         let columns = other.width.min(self.width.saturating_sub(x));
         let rows = other.height.min(self.height.saturating_sub(y));
         for row in 0..rows {
@@ -63,12 +97,12 @@ impl Image {
     clippy::cast_sign_loss,
     reason = "the float-to-integer conversion saturates at 0 and 255, as wanted"
 )]
-pub(super) fn to_bytes(colour: [f32; 3]) -> [u8; 3] {
+pub(crate) fn to_bytes(colour: [f32; 3]) -> [u8; 3] {
     colour.map(|c| (255.0 * c + 0.5) as u8)
 }
 
 /// The light that an sRGB colour stands for (IEC 61966-2-1).
-pub(super) fn to_linear(colour: [f32; 3]) -> DVec3 {
+pub(crate) fn to_linear(colour: [f32; 3]) -> DVec3 {
     DVec3::from(colour.map(|c| {
         let c = f64::from(c).clamp(0.0, 1.0);
         if c <= 0.040_45 {
@@ -110,7 +144,7 @@ static SRGB: LazyLock<Vec<u8>> = LazyLock::new(|| {
     clippy::cast_sign_loss,
     reason = "clamped to the table"
 )]
-pub(super) fn from_linear(light: DVec3) -> [u8; 3] {
+pub(crate) fn from_linear(light: DVec3) -> [u8; 3] {
     light
         .to_array()
         .map(|c| SRGB[(c * SRGB_LAST + 0.5).clamp(0.0, SRGB_LAST) as usize])
@@ -137,13 +171,31 @@ mod tests {
         let mut bytes = Vec::new();
         image.write_png(&mut bytes).unwrap();
 
-        let mut reader = png::Decoder::new(std::io::Cursor::new(bytes))
+        let mut reader = png::Decoder::new(std::io::Cursor::new(&bytes))
             .read_info()
             .unwrap();
         let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
         let info = reader.next_frame(&mut pixels).unwrap();
         assert_eq!((info.width, info.height), (5, 3));
         assert_eq!(pixels, image.rgb.as_flattened());
+
+        assert_eq!(Image::read_png(&bytes).unwrap(), image);
+        for length in 0..bytes.len() - 12 {
+            assert!(Image::read_png(&bytes[..length]).is_err(), "{length} bytes");
+        }
+    }
+
+    #[test]
+    fn transparent_grey_lies_on_white() {
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, 3, 1);
+        encoder.set_color(png::ColorType::GrayscaleAlpha);
+        let mut writer = encoder.write_header().unwrap();
+        writer.write_image_data(&[0, 255, 0, 0, 55, 51]).unwrap();
+        writer.finish().unwrap();
+        // 0.2 of 55 and 0.8 of 255 are 215.
+        let image = Image::read_png(&bytes).unwrap();
+        assert_eq!(image.rgb, [[0; 3], [255; 3], [215; 3]]);
     }
 
     #[test]

@@ -56,6 +56,7 @@ mod text;
 pub use camera::Camera;
 pub use colormap::colormap;
 pub use image::Image;
+pub(crate) use image::{from_linear, to_bytes, to_linear};
 pub use light::Finish;
 pub use scene::Scene;
 pub use sheet::{ColorBar, ContactSheet, Panel};

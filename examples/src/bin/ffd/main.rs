@@ -1,0 +1,25 @@
+//! Free-form deformation for those who do not write programs: deforms mesh files by
+//! lattice files, undoes that, drags points, and evaluates lattices.
+
+mod cli;
+mod deform;
+mod eval;
+mod files;
+mod pull;
+mod undo;
+
+use std::process::ExitCode;
+
+use cli::{Cli, Command};
+use examples::command::{self, Answer};
+
+type Error = Box<dyn std::error::Error>;
+
+fn main() -> ExitCode {
+    command::run(|cli: &Cli| match &cli.command {
+        Command::Deform(arguments) => deform::run(arguments),
+        Command::Undo(arguments) => undo::run(arguments),
+        Command::Pull(arguments) => pull::run(arguments),
+        Command::Eval(arguments) => eval::run(arguments),
+    })
+}
