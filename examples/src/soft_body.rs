@@ -61,7 +61,7 @@ impl SoftBody {
                     Elastic::new(mesh, object.material).map_err(DeformerError::from)?,
                 ),
                 DeformerKind::Ffd => {
-                    Deformer::FreeForm(FreeForm::new(mesh).map_err(DeformerError::from)?)
+                    Deformer::FreeForm(Box::new(FreeForm::new(mesh).map_err(DeformerError::from)?))
                 }
             },
             display,

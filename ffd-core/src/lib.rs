@@ -46,7 +46,7 @@
 //! of lattice coordinate 0, `axes` the world vectors of one cell, `displacements` world
 //! vectors in linear order. `knots` and `border` may be left out. A sequence is
 //! `{"sequence": [lattice, …]}`. Reading checks everything that the constructors check;
-//! with serde_json, enable its feature `float_roundtrip`, or the last digit of some
+//! with `serde_json`, enable its feature `float_roundtrip`, or the last digit of some
 //! numbers is lost.
 //!
 //! # Limits

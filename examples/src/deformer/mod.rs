@@ -27,7 +27,7 @@ pub enum Deformer {
     /// Finite elements.
     Elastic(Elastic),
     /// Free-form deformation.
-    FreeForm(FreeForm),
+    FreeForm(Box<FreeForm>),
 }
 
 /// Why a shape cannot be deformed.
@@ -123,7 +123,9 @@ impl Deformer {
     pub fn keep_shape(&self, displacements: &[[f64; 3]]) -> Result<Self, DeformerError> {
         Ok(match self {
             Self::Elastic(elastic) => Self::Elastic(elastic.keep_shape(displacements)?),
-            Self::FreeForm(free_form) => Self::FreeForm(free_form.keep_shape(displacements)?),
+            Self::FreeForm(free_form) => {
+                Self::FreeForm(Box::new(free_form.keep_shape(displacements)?))
+            }
         })
     }
 }
