@@ -1,5 +1,7 @@
 //! Laws of direct manipulation, through the public interface.
 
+#![expect(clippy::float_cmp, reason = "what must be equal is compared")]
+
 mod common;
 
 use common::{at, each, frame, grid, lattice};
@@ -17,6 +19,12 @@ fn basis_matrix<const D: usize>(
     points: &[[f64; D]],
     fixed: &[usize],
 ) -> DMatrix<f64> {
+    #![expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_possible_wrap,
+        clippy::cast_sign_loss,
+        reason = "cells are few"
+    )]
     let per_axis = grid.control_points_per_axis();
     let mut matrix = DMatrix::zeros(points.len(), grid.control_point_count());
     for (row, &point) in points.iter().enumerate() {
@@ -294,19 +302,8 @@ fn check_soft<const D: usize>(
     let error = (&changes - &expected).norm();
     prop_assert!(
         error <= accuracy * size,
-        "{error} of {size}, condition {condition} {:?} {:?} {:?} XX {:?}",
-        weighted.singular_values().as_slice(),
-        weighted.row_iter().map(|r| r.norm()).collect::<Vec<_>>(),
-        points.len(),
-        format!("{manipulation:?}")
-            .split("method")
-            .nth(1)
-            .unwrap()
-            .chars()
-            .take(40)
-            .collect::<String>()
+        "{error} of {size}, condition {condition}"
     );
-
     Ok(())
 }
 
@@ -415,7 +412,7 @@ proptest! {
 
     /// The order of constraints makes a difference of rounding only.
     #[test]
-    fn order_does_not_matter(count in prop_oneof![2..20_usize, 65..120_usize], turn in 1..100_usize) {
+    fn order_does_not_matter(count in prop_oneof![2..20_usize, 129..200_usize], turn in 1..100_usize) {
         let grid = cubic::<3>(6);
         let mut points = scattered(&grid, count, 0.0, 1.0);
         let mut displacements = some_displacements(count);
@@ -544,6 +541,47 @@ fn many_points_in_a_cell_must_agree() {
         assert!(constraints.contains(&7), "{constraints:?}");
         assert!(constraints.iter().all(|&i| i < count), "{constraints:?}");
         assert!(distance > 1e-9 && distance < 0.13, "{distance}");
+    }
+}
+
+/// Points close to each other can follow a rotation, but not go apart.
+#[test]
+fn neighbours_must_nearly_agree() {
+    let grid = cubic::<3>(8);
+    for (others, most) in [(6, 6), (400, 5)] {
+        for exponent in 2..=9 {
+            let near = 10_f64.powi(-exponent);
+            let mut points = scattered(&grid, others, 0.0, 1.0);
+            points.push([4.1, 3.9, 2.2]);
+            points.push([4.1 + near, 3.9, 2.2]);
+            let rotation = |x: [f64; 3]| [0.1 * x[1], -0.1 * x[0], 0.0];
+            let mut displacements: Vec<_> = points.iter().map(|&x| rotation(x)).collect();
+            let options = PullOptions::default();
+            let result = solve(&grid, &points, &displacements, &options);
+            let basis = basis_matrix(&grid, &points, &[]);
+            match result {
+                Ok(changes) => {
+                    let error = (basis * dense(&changes) - dense(&displacements)).amax();
+                    assert!(error < 2e-12, "{error}");
+                }
+                Err(error) => assert!(exponent > most, "{near}: {error}"),
+            }
+
+            displacements[others] = [0.0, 0.0, 1.0];
+            displacements[others + 1] = [0.0, 0.0, -1.0];
+            match solve(&grid, &points, &displacements, &options) {
+                Ok(_) => assert!(exponent <= 4, "{near}"),
+                Err(DirectError::Inconsistent { constraints, .. }) => {
+                    assert!(exponent > 3, "{near}");
+                    let both = [others, others + 1];
+                    assert!(
+                        both.iter().all(|i| constraints.contains(i)),
+                        "{constraints:?}"
+                    );
+                }
+                Err(error) => panic!("{error}"),
+            }
+        }
     }
 }
 

@@ -153,6 +153,38 @@ impl<const D: usize> LeastNorm<D> {
         self.residual.iter().enumerate().all(met)
     }
 
+    /// How hard each equation pulls: the smallest y with `x = Aᵀ y`. Equations that
+    /// nearly contradict each other pull against each other, far harder than others do.
+    pub(super) fn multipliers(&mut self) -> &[[f64; D]] {
+        let Self {
+            matrix,
+            x,
+            step,
+            dual,
+            work,
+            ..
+        } = self;
+        match &mut self.method {
+            Method::Rows(_) | Method::FilteredRows(_) => return dual,
+            Method::Columns(factor) | Method::FilteredColumns(factor) => {
+                step.copy_from_slice(x);
+                factor.solve(step);
+                matrix.multiply(step, work);
+            }
+            Method::Inverse(inverse) => {
+                work.fill([0.0; D]);
+                for (x, row) in x.iter().zip(inverse.chunks_exact(work.len())) {
+                    for (&entry, y) in row.iter().zip(&mut *work) {
+                        for c in 0..D {
+                            y[c] += entry * x[c];
+                        }
+                    }
+                }
+            }
+        }
+        work
+    }
+
     fn update_residual(&mut self, b: &[[f64; D]]) {
         for (row, (residual, b)) in self.residual.iter_mut().zip(b).enumerate() {
             let moved = self.matrix.row_times(row, &self.x);
@@ -319,12 +351,16 @@ fn is_accurate(matrix: &SparseRows, by_rows: bool, damping: f64, factor: &mut Ch
             residual.fill([0.0]);
             matrix.add_transposed(&other, &mut residual);
         }
+        // Small, but for rounding errors of a large x: those of a factor that is wrong are
+        // of the size of the right-hand side.
+        let largest = x.iter().fold(0.0_f64, |a, x| a.max(x[0].abs()));
+        let goal = (1e-14 * largest).clamp(1e-8, 1e-3);
         let mut worst = 0.0_f64;
         for (j, r) in residual.iter_mut().enumerate() {
             r[0] = rhs[j][0] - r[0] - damping * x[j][0];
             worst = worst.max(r[0].abs());
         }
-        if worst <= 1e-8 {
+        if worst <= goal {
             return true;
         }
     }
@@ -391,11 +427,10 @@ mod tests {
                     row[*start..start + 6].copy_from_slice(values);
                 }
                 for (k, &(a, b)) in pairs.iter().enumerate() {
-                    for column in 0..columns {
-                        dense[rows - copies + k][column] = dense[a][column] + dense[b][column];
-                    }
+                    let sum = dense[a].iter().zip(&dense[b]).map(|(a, b)| a + b).collect();
+                    dense[rows - copies + k] = sum;
                 }
-                for row in dense {
+                for row in &dense {
                     for (column, &value) in row.iter().enumerate() {
                         if value > 0.0 {
                             matrix.push(column, value);

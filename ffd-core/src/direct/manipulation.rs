@@ -13,17 +13,26 @@ const TOLERANCE: f64 = 1e-12;
 /// would have to move 1/norm times as far.
 const SMALLEST_NORM: f64 = 1e-12;
 
-/// Combinations of constraints that would need control points to move one over this
-/// times as far as points are left over, if they depend on others but for rounding.
+/// Singular values of the system, relative to the largest, that count as zero in small
+/// systems: combinations of constraints that need control points to move 1e10 times as
+/// far as points are left over.
 const NEGLIGIBLE: f64 = 1e-10;
 
-/// The same for exact constraints: as small as rounding allows, for displacements that
-/// vary smoothly.
+/// The same for exact constraints, as small as rounding allows: if displacements vary
+/// smoothly, such combinations are met without large moves.
 const NEGLIGIBLE_EXACT: f64 = 1e-13;
 
 /// Rounding errors that a contradiction leaves in the residuals of constraints which have
 /// no part in it, relative to its size, are smaller than this.
 const INVOLVED: f64 = 1e-6;
+
+/// Residuals below this, relative to the farthest control point, are rounding errors: of
+/// sums of up to 216 products, at worst.
+const ROUNDING: f64 = 216.0 * f64::EPSILON;
+
+/// Constraints on points at a distance δ that should go apart pull 1/δ times harder than
+/// their neighbours, and are not met from about δ = 1e-4 on.
+const PULLING: f64 = 1e-2;
 
 /// Points of a grid that are dragged, with all that depends on nothing else: which
 /// control points act on them, how much, and a factorisation.
@@ -83,7 +92,7 @@ impl<const D: usize> DirectManipulation<D> {
     /// Prepares points of equal weight.
     ///
     /// `points` are world points before any deformation. Costs `O(#P n^D)` for basis
-    /// functions, and a Cholesky factorisation that is dense for up to 64 points, sparse
+    /// functions, and a Cholesky factorisation that is dense for up to 128 points, sparse
     /// beyond. If there are more points than control points that act on them, the
     /// factorisation is of the size of the latter. Where points depend on each other it
     /// is followed by a singular value decomposition, if small, or by another one that
@@ -296,8 +305,8 @@ impl<const D: usize> DirectManipulation<D> {
         let scales = &self.scales;
         self.system
             .solve(&self.targets, |row| 0.01 * TOLERANCE * scales[row]);
-        if self.fit == Fit::Exact {
-            self.check_met(unit)?;
+        if self.fit == Fit::Exact && !self.is_met() {
+            return Err(self.contradiction(unit));
         }
 
         for (&control_point, x) in self.control_points.iter().zip(self.system.x()) {
@@ -342,47 +351,69 @@ impl<const D: usize> DirectManipulation<D> {
     }
 
     /// Whether what is left of each constraint is below the tolerance.
-    fn check_met(&self, unit: f64) -> Result<(), DirectError> {
-        let left = |row: usize| length(self.system.residual()[row]) / self.scales[row];
-        let mut worst = (0, 0.0);
-        for row in 0..self.scales.len() {
-            let left = left(row);
-            if left.is_nan() || left > worst.1 {
-                worst = (row, left);
-            }
+    fn is_met(&self) -> bool {
+        let mut residual = self.system.residual().iter().zip(&self.scales);
+        residual.all(|(r, scale)| length(*r) / scale <= TOLERANCE)
+    }
+
+    /// Which constraints are not met, and why.
+    fn contradiction(&mut self, unit: f64) -> DirectError {
+        let residual = self.system.residual().iter().zip(&self.scales);
+        let left: Vec<f64> = residual.map(|(r, scale)| length(*r) / scale).collect();
+        let (worst, distance) = largest(&left);
+        // If a contradiction is left, its parts are larger than what rounding leaves. Else
+        // control points had to move so far that rounding alone is too large.
+        let far = self
+            .system
+            .x()
+            .iter()
+            .map(|x| length(*x))
+            .fold(0.0, f64::max);
+        let found = if distance > ROUNDING * far {
+            self.connected(worst, |row| left[row] > TOLERANCE.max(INVOLVED * distance))
+        } else {
+            let pulls: Vec<f64> = self
+                .system
+                .multipliers()
+                .iter()
+                .map(|y| length(*y))
+                .collect();
+            let (hardest, pull) = largest(&pulls);
+            self.connected(hardest, |row| pulls[row] > PULLING * pull)
+        };
+        let involved = |place: &Place| place.row.is_some_and(|row| found[row]);
+        let constraints = (0..self.places.len())
+            .filter(|&i| self.places[i].first == i && involved(&self.places[i]))
+            .collect();
+        DirectError::Inconsistent {
+            constraints,
+            distance: distance * unit,
         }
-        if worst.1 <= TOLERANCE {
-            return Ok(());
-        }
-        // Those involved, and connected with the worst through control points.
-        let threshold = TOLERANCE.max(INVOLVED * worst.1);
+    }
+
+    /// Marks those of the involved rows that are connected with the given one: directly
+    /// by a control point, or by way of others of them.
+    fn connected(&self, first: usize, involved: impl Fn(usize) -> bool) -> Vec<bool> {
         let matrix = self.system.matrix();
         let transposed = matrix.transposed();
-        let mut found = vec![false; self.scales.len()];
+        let mut found = vec![false; matrix.row_count()];
         let mut seen = vec![false; matrix.column_count()];
-        found[worst.0] = true;
-        let mut open = vec![worst.0];
+        found[first] = true;
+        let mut open = vec![first];
         while let Some(row) = open.pop() {
             for &column in matrix.row(row).0 {
                 if std::mem::replace(&mut seen[column], true) {
                     continue;
                 }
                 for &other in transposed.row(column).0 {
-                    if !found[other] && left(other) > threshold {
+                    if !found[other] && involved(other) {
                         found[other] = true;
                         open.push(other);
                     }
                 }
             }
         }
-        let involved = |place: &Place| place.row.is_some_and(|row| found[row]);
-        let constraints = (0..self.places.len())
-            .filter(|&i| self.places[i].first == i && involved(&self.places[i]))
-            .collect();
-        Err(DirectError::Inconsistent {
-            constraints,
-            distance: worst.1 * unit,
-        })
+        found
     }
 
     /// Returns the length of the longest.
@@ -438,4 +469,15 @@ fn subtract<const D: usize>(a: [f64; D], b: [f64; D]) -> [f64; D] {
 
 fn length<const D: usize>(a: [f64; D]) -> f64 {
     a.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+/// The largest number, and where it is; something that is not a number counts as larger.
+fn largest(numbers: &[f64]) -> (usize, f64) {
+    let mut largest = (0, 0.0);
+    for (i, &number) in numbers.iter().enumerate() {
+        if number.is_nan() || number > largest.1 {
+            largest = (i, number);
+        }
+    }
+    largest
 }

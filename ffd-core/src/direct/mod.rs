@@ -66,7 +66,7 @@ pub enum Fit {
     /// apart and their displacements differ by about as much as they are long, control
     /// points must move about 1/δ times as far, and the last digits of such large numbers
     /// are longer than 1e-12 from about δ = 1e-4 on. Displacements that vary smoothly
-    /// from point to point, as of a rigid motion, can be met at any distance above 1e-6
+    /// from point to point, as of a rigid motion, can be met at any distance above 1e-5
     /// of a cell.
     #[default]
     Exact,

@@ -183,7 +183,7 @@ pub(super) enum Gram {
 
 /// Matrices of at most this order are dense: below, the symbolic analysis of the sparse
 /// factorisation costs more than the multiplications that it saves.
-pub(super) const DENSE_ORDER: usize = 64;
+pub(super) const DENSE_ORDER: usize = 128;
 
 impl Gram {
     /// The product `A Aᵀ`.
