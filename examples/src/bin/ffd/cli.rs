@@ -138,8 +138,8 @@ pub(crate) struct Eval {
     /// The lattice, or a sequence of lattices
     #[arg(value_name = "L.json")]
     pub(crate) lattice: PathBuf,
-    /// The points, [[x,y,z],…]
-    #[arg(value_name = "POINTS.json")]
+    /// The points
+    #[arg(value_name = "POINTS.json", help = "The points, [[x,y,z],…]")]
     pub(crate) points: PathBuf,
 }
 
