@@ -34,13 +34,22 @@ fn cloud() -> Vec<[f64; 3]> {
         .collect()
 }
 
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "single precision is wanted"
+)]
+fn in_single(points: &[[f64; 3]]) -> Vec<[f32; 3]> {
+    points.iter().map(|p| p.map(|c| c as f32)).collect()
+}
+
 fn evaluation(c: &mut Criterion) {
     let grid = grid(CELLS);
     let lattice = displaced(grid.clone());
     let points = cloud();
     let mut by_cell = points.clone();
-    by_cell.sort_by_key(|p| p.map(|c| c.floor() as u8));
-    let single: Vec<[f32; 3]> = points.iter().map(|p| p.map(|c| c as f32)).collect();
+    let cell = |p: &[f64; 3]| p.map(f64::floor);
+    by_cell.sort_by(|a, b| cell(a).partial_cmp(&cell(b)).expect("numbers"));
+    let single = in_single(&points);
     let mut out = points.clone();
 
     let mut group = c.benchmark_group("ffd_bind");
@@ -110,7 +119,7 @@ fn evaluation(c: &mut Criterion) {
     let grid = self::grid(1);
     let lattice = displaced(grid.clone());
     let points: Vec<[f64; 3]> = scattered(4096, 3).collect();
-    let single: Vec<[f32; 3]> = points.iter().map(|p| p.map(|c| c as f32)).collect();
+    let single = in_single(&points);
     let (mut out, mut single_out) = (points.clone(), single.clone());
     let mut jacobians = vec![[[0.0; 3]; 3]; points.len()];
     group.throughput(Throughput::Elements(points.len() as u64));

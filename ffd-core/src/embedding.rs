@@ -337,25 +337,46 @@ impl<S: Scalar, const D: usize> Embedding<S, D> {
     {
         self.check(lattice, "images", out.len())?;
         self.check(lattice, "Jacobians", jacobians.len())?;
-        let zero = S::from_f64(0.0);
-        for (number, block) in self.blocks.iter().enumerate() {
-            let points = self.points_of(number);
-            let (out, jacobians) = (&mut out[points.clone()], &mut jacobians[points]);
-            if block.scattered {
-                touch(out);
-                jacobians.fill([[zero; D]; D]);
-            }
-            self.evaluate_block(lattice, block, |i, image, jacobian| {
-                out[i] = P::from(image);
-                jacobians[i] = jacobian;
-            });
+        let out = out.chunks_mut(self.block_size);
+        let jacobians = jacobians.chunks_mut(self.block_size);
+        for ((block, out), jacobians) in self.blocks.iter().zip(out).zip(jacobians) {
+            self.block_with_jacobians(lattice, block, out, jacobians);
         }
+        Ok(())
+    }
+
+    /// [`Embedding::deform_with_jacobians_into`] on the threads of the current rayon
+    /// pool. The result is the same to the last bit.
+    ///
+    /// # Errors
+    ///
+    /// As [`Embedding::deform_into`], for both lists.
+    #[cfg(feature = "rayon")]
+    pub fn par_deform_with_jacobians_into<P>(
+        &self,
+        lattice: &Lattice<D>,
+        out: &mut [P],
+        jacobians: &mut [[[S; D]; D]],
+    ) -> Result<(), FfdError>
+    where
+        P: From<[S; D]> + Send,
+    {
+        use rayon::prelude::*;
+
+        self.check(lattice, "images", out.len())?;
+        self.check(lattice, "Jacobians", jacobians.len())?;
+        let out = out.par_chunks_mut(self.block_size);
+        let jacobians = jacobians.par_chunks_mut(self.block_size);
+        let blocks = self.blocks.par_iter().zip(out).zip(jacobians);
+        blocks.for_each(|((block, out), jacobians)| {
+            self.block_with_jacobians(lattice, block, out, jacobians);
+        });
         Ok(())
     }
 
     /// Writes the images of all points and of one unit normal at each: normals of
     /// surfaces, which follow the inverse transpose of the Jacobian (see
-    /// [`transform_normal`](crate::transform_normal)).
+    /// [`transform_normal`]).
     ///
     /// # Errors
     ///
@@ -373,29 +394,87 @@ impl<S: Scalar, const D: usize> Embedding<S, D> {
         self.check(lattice, "images", out.len())?;
         self.check(lattice, "normals", normals.len())?;
         self.check(lattice, "images of normals", out_normals.len())?;
-        for (number, block) in self.blocks.iter().enumerate() {
-            let points = self.points_of(number);
-            let normals = &normals[points.clone()];
-            let (out, out_normals) = (&mut out[points.clone()], &mut out_normals[points]);
-            if block.scattered {
-                touch(out);
-                touch(out_normals);
-            }
-            self.evaluate_block(lattice, block, |i, image, jacobian| {
-                out[i] = P::from(image);
-                let jacobian = jacobian.map(|row| row.map(S::to_f64));
-                let normal: [S; D] = normals[i].into();
-                let normal = transform_normal(&jacobian, normal.map(S::to_f64));
-                out_normals[i] = P::from(normal.map(S::from_f64));
-            });
+        let normals = normals.chunks(self.block_size);
+        let out = out.chunks_mut(self.block_size);
+        let out_normals = out_normals.chunks_mut(self.block_size);
+        let lists = normals.zip(out).zip(out_normals);
+        for (block, ((normals, out), out_normals)) in self.blocks.iter().zip(lists) {
+            self.block_with_normals(lattice, block, normals, out, out_normals);
         }
         Ok(())
     }
 
-    /// The points of a block.
-    fn points_of(&self, block: usize) -> Range<usize> {
-        let first = block * self.block_size;
-        first..(first + self.block_size).min(self.count)
+    /// [`Embedding::deform_with_normals_into`] on the threads of the current rayon pool.
+    /// The result is the same to the last bit.
+    ///
+    /// # Errors
+    ///
+    /// As [`Embedding::deform_into`], for all lists.
+    #[cfg(feature = "rayon")]
+    pub fn par_deform_with_normals_into<P>(
+        &self,
+        lattice: &Lattice<D>,
+        normals: &[P],
+        out: &mut [P],
+        out_normals: &mut [P],
+    ) -> Result<(), FfdError>
+    where
+        P: Copy + Into<[S; D]> + From<[S; D]> + Send + Sync,
+    {
+        use rayon::prelude::*;
+
+        self.check(lattice, "images", out.len())?;
+        self.check(lattice, "normals", normals.len())?;
+        self.check(lattice, "images of normals", out_normals.len())?;
+        let normals = normals.par_chunks(self.block_size);
+        let out = out.par_chunks_mut(self.block_size);
+        let out_normals = out_normals.par_chunks_mut(self.block_size);
+        let lists = normals.zip(out).zip(out_normals);
+        let blocks = self.blocks.par_iter().zip(lists);
+        blocks.for_each(|(block, ((normals, out), out_normals))| {
+            self.block_with_normals(lattice, block, normals, out, out_normals);
+        });
+        Ok(())
+    }
+
+    fn block_with_jacobians<P: From<[S; D]>>(
+        &self,
+        lattice: &Lattice<D>,
+        block: &Block,
+        out: &mut [P],
+        jacobians: &mut [[[S; D]; D]],
+    ) {
+        if block.scattered {
+            touch(out);
+            jacobians.fill([[S::from_f64(0.0); D]; D]);
+        }
+        self.evaluate_block(lattice, block, |i, image, jacobian| {
+            out[i] = P::from(image);
+            jacobians[i] = jacobian;
+        });
+    }
+
+    fn block_with_normals<P>(
+        &self,
+        lattice: &Lattice<D>,
+        block: &Block,
+        normals: &[P],
+        out: &mut [P],
+        out_normals: &mut [P],
+    ) where
+        P: Copy + Into<[S; D]> + From<[S; D]>,
+    {
+        if block.scattered {
+            touch(out);
+            touch(out_normals);
+        }
+        self.evaluate_block(lattice, block, |i, image, jacobian| {
+            out[i] = P::from(image);
+            let jacobian = jacobian.map(|row| row.map(S::to_f64));
+            let normal: [S; D] = normals[i].into();
+            let normal = transform_normal(&jacobian, normal.map(S::to_f64));
+            out_normals[i] = P::from(normal.map(S::from_f64));
+        });
     }
 
     /// Calls `see` with the index within the block, image and Jacobian of every point.

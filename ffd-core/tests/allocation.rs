@@ -6,7 +6,9 @@
 )]
 
 use allocation_counter::measure;
-use ffd_core::{Border, Degree, Embedding, Frame, Grid, Lattice, Outside};
+use ffd_core::{
+    Border, Degree, DirectManipulation, Embedding, Fit, Frame, Grid, Lattice, Outside, PullOptions,
+};
 
 /// Runs something and says how often it allocated.
 fn allocations(run: impl FnOnce()) -> u64 {
@@ -51,6 +53,33 @@ fn deforming_a_bound_mesh_allocates_nothing() {
             out[0] = lattice.deform_point(points[0]);
         });
         assert_eq!(count, 0);
+    }
+}
+
+#[test]
+fn dragging_points_allocates_nothing() {
+    let grid = Grid::new([Degree::CUBIC; 3], [4; 3], Frame::unit()).unwrap();
+    // Few points, many, and more than there are control points that act on them.
+    for (count, fit) in [
+        (5, Fit::Exact),
+        (200, Fit::LeastSquares),
+        (800, Fit::LeastSquares),
+    ] {
+        let place = |i: i32| [0.71, 0.37, 0.93].map(|s| 4.0 * (f64::from(i) * s).fract());
+        let points: Vec<[f64; 3]> = (1..=count).map(place).collect();
+        let options = PullOptions {
+            fit,
+            ..PullOptions::default()
+        };
+        let mut drag = DirectManipulation::new(&grid, &points, &options).unwrap();
+        let mut changes = vec![[0.0; 3]; grid.control_point_count()];
+        let mut lattice = Lattice::at_rest(grid.clone()).unwrap();
+        let displacements = vec![[0.1, -0.2, 0.3]; points.len()];
+        let allocated = allocations(|| {
+            drag.solve_into(&displacements, &mut changes).unwrap();
+            lattice.set_displacements(&changes).unwrap();
+        });
+        assert_eq!(allocated, 0, "{count} points");
     }
 }
 

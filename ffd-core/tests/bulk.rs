@@ -284,6 +284,31 @@ fn many_points_equal_single_ones_whatever_the_number_of_threads() {
             assert_eq!(outside, bound.outside().len());
         });
         assert!(images == expected && in_place == expected);
+
+        // Jacobians and normals too.
+        let normals = points.clone();
+        let mut jacobians = [[[f64::NAN; 3]; 3]; 2].map(|j| vec![j; points.len()]);
+        let mut out_normals = [DVec3::NAN; 2].map(|n| vec![n; points.len()]);
+        let [one, many] = &mut jacobians;
+        let [one_normal, many_normals] = &mut out_normals;
+        bound
+            .deform_with_jacobians_into(&lattice, &mut images, one)
+            .unwrap();
+        bound
+            .deform_with_normals_into(&lattice, &normals, &mut images, one_normal)
+            .unwrap();
+        images.fill(DVec3::NAN);
+        pool.install(|| {
+            bound
+                .par_deform_with_jacobians_into(&lattice, &mut images, many)
+                .unwrap();
+            assert!(images == expected);
+            bound
+                .par_deform_with_normals_into(&lattice, &normals, &mut images, many_normals)
+                .unwrap();
+        });
+        assert!(images == expected);
+        assert!(one == many && one_normal == many_normals);
     }
 }
 
