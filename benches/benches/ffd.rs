@@ -141,7 +141,7 @@ fn update(c: &mut Criterion) {
     let grid = grid(CELLS);
     let mut lattice = displaced(grid.clone());
     let points = cloud();
-    let bound = Embedding::<f64, 3>::new(&grid, &points, Outside::Keep).expect("finite");
+    let mut bound = Embedding::<f64, 3>::new(&grid, &points, Outside::Keep).expect("finite");
     let mut out = points.clone();
     bound.deform_into(&lattice, &mut out).expect("bound to it");
     let middle = grid.control_point([5; 3]);

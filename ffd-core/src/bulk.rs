@@ -24,7 +24,8 @@ impl<const D: usize> Lattice<D> {
     /// # Errors
     ///
     /// * [`FfdError::NonFinitePoint`];
-    /// * [`FfdError::PointOutside`] with [`Outside::Error`];
+    /// * [`FfdError::PointOutside`] with [`Outside::Error`]; with [`Outside::Clamp`] only
+    ///   for a point so far away that its lattice coordinates are not finite;
     ///
     /// each with the index of the first such point. No point is changed then.
     ///
@@ -101,7 +102,7 @@ impl<const D: usize> Lattice<D> {
         for (i, &point) in points.iter().enumerate() {
             let world = point.into().map(S::to_f64);
             check_point(first + i, world)?;
-            if outside == Outside::Error {
+            if outside == Outside::Error || outside == Outside::Clamp {
                 locate_with(self.grid(), first + i, world, outside)?;
             }
         }

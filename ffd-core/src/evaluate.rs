@@ -42,7 +42,7 @@ impl<const D: usize> Lattice<D> {
     /// finite, stay as they are ([`Outside::Keep`]).
     ///
     /// Displacements are added to the point itself, so a lattice at rest returns it
-    /// unchanged, except that −0 becomes 0.
+    /// unchanged, except that −0 becomes 0 inside the domain.
     ///
     /// Costs `Π (degree + 1)` multiplications and additions per coordinate, whatever
     /// the number of cells, and allocates nothing. For many points see
@@ -61,7 +61,9 @@ impl<const D: usize> Lattice<D> {
     /// # Errors
     ///
     /// * [`FfdError::NonFinitePoint`];
-    /// * [`FfdError::PointOutside`] with [`Outside::Error`]; both carry index 0.
+    /// * [`FfdError::PointOutside`] with [`Outside::Error`]; with [`Outside::Clamp`] only
+    ///   for a point so far away that its lattice coordinates are not finite. Both carry
+    ///   index 0.
     pub fn deform_point_with(
         &self,
         world: [f64; D],
@@ -78,7 +80,8 @@ impl<const D: usize> Lattice<D> {
     /// for points that are not finite.
     ///
     /// With degree 1 along an axis the derivative jumps at the knots; there it is
-    /// that of the cell above, and at the upper border that of the last cell.
+    /// that of the cell above, and at the upper border that of the last cell. Where
+    /// displacements are near the largest numbers there are, sums may overflow.
     #[must_use]
     pub fn evaluate(&self, world: [f64; D]) -> Option<Evaluation<D>> {
         let location = self.grid().locate(world)?;
@@ -270,14 +273,16 @@ pub(crate) fn locate_with<const D: usize>(
 ) -> Result<Option<Location<D>>, FfdError> {
     match outside {
         Outside::Keep => Ok(grid.locate(world)),
-        Outside::Clamp => Ok(grid.locate_nearest(world)),
-        Outside::Error => match grid.locate(world) {
-            Some(location) => Ok(Some(location)),
-            None => Err(FfdError::PointOutside {
+        Outside::Clamp | Outside::Error => {
+            let location = match outside {
+                Outside::Clamp => grid.locate_nearest(world),
+                _ => grid.locate(world),
+            };
+            location.map(Some).ok_or_else(|| FfdError::PointOutside {
                 index,
                 point: world.to_vec(),
-            }),
-        },
+            })
+        }
     }
 }
 

@@ -64,7 +64,8 @@ impl<const D: usize> Frame<D> {
         let columns: [[f64; D]; D] =
             std::array::from_fn(|i| std::array::from_fn(|c| axes[i][c] / lengths[i]));
         let (mut inverse, volume) = inverse_of_columns(columns);
-        if volume < SMALLEST_VOLUME {
+        // A NaN, too, is no volume.
+        if volume.is_nan() || volume < SMALLEST_VOLUME {
             return Err(FfdError::SingularFrame { volume });
         }
         for (row, length) in inverse.iter_mut().zip(lengths) {
@@ -93,8 +94,11 @@ impl<const D: usize> Frame<D> {
     ///
     /// # Errors
     ///
-    /// As [`Frame::new`]; in particular [`FfdError::AxisLength`] if the box is flat or a
-    /// number of cells is zero. `max` may lie below `min`: the axis then points
+    /// * [`FfdError::NoCells`] if a number of cells is zero;
+    /// * those of [`Frame::new`], in particular [`FfdError::AxisLength`] if the box is
+    ///   flat.
+    ///
+    /// `max` may lie below `min`: the axis then points
     /// backwards.
     ///
     /// # Example
@@ -107,6 +111,9 @@ impl<const D: usize> Frame<D> {
     /// # Ok::<(), ffd_core::FfdError>(())
     /// ```
     pub fn of_box(min: [f64; D], max: [f64; D], cells: [usize; D]) -> Result<Self, FfdError> {
+        if let Some(axis) = cells.iter().position(|&n| n == 0) {
+            return Err(FfdError::NoCells { axis });
+        }
         let axes = std::array::from_fn(|i| {
             let length = (max[i] - min[i]) / cells[i] as f64;
             std::array::from_fn(|c| if c == i { length } else { 0.0 })
@@ -168,8 +175,8 @@ pub(crate) fn unit_entry(row: usize, column: usize) -> f64 {
 }
 
 /// The inverse of the matrix with the given columns, and the absolute value of
-/// its determinant, by Gauss–Jordan elimination with row pivots. The inverse of
-/// a singular matrix is not finite.
+/// its determinant, by Gauss–Jordan elimination with row pivots. If that is zero the
+/// inverse means nothing.
 fn inverse_of_columns<const D: usize>(columns: [[f64; D]; D]) -> ([[f64; D]; D], f64) {
     let mut left: [[f64; D]; D] = std::array::from_fn(|r| std::array::from_fn(|c| columns[c][r]));
     let mut right = std::array::from_fn(|r| std::array::from_fn(|c| unit_entry(r, c)));
@@ -182,6 +189,9 @@ fn inverse_of_columns<const D: usize>(columns: [[f64; D]; D]) -> ([[f64; D]; D],
         right.swap(k, pivot);
         let scale = left[k][k];
         volume *= scale.abs();
+        if volume == 0.0 {
+            return (right, 0.0);
+        }
         left[k] = left[k].map(|x| x / scale);
         right[k] = right[k].map(|x| x / scale);
         let (left_k, right_k): ([f64; D], [f64; D]) = (left[k], right[k]);

@@ -13,10 +13,10 @@ use crate::scalar::Kernel;
 /// Points evaluated in one call; a multiple of the widest vector.
 pub(crate) const CHUNK: usize = 64;
 
-/// Lanes of the widest vector. Points are stored in groups of so many: first their
-/// positions within the cell, one list of this length per axis, then in the same way
-/// their positions in the world at rest. One stream of memory instead of six.
-pub(crate) const GROUP: usize = 16;
+/// Points in a group: the lanes of the widest vector.
+pub(crate) const fn group<T>() -> usize {
+    64 / size_of::<T>()
+}
 
 /// Points of one cell, and all that determines their images. Slices without further
 /// explanation hold one entry per axis.
@@ -31,7 +31,9 @@ pub struct Cell<'a, T> {
     pub(crate) block: &'a [T],
     /// The inverse of the frame, row by row.
     pub(crate) inverse: &'a [T],
-    /// The points: see [`GROUP`].
+    /// The points, in groups: first their positions within the cell, one list of
+    /// [`group`] numbers per axis, then in the same way their positions in the world at
+    /// rest. One stream of memory instead of six.
     pub(crate) groups: &'a [T],
     /// How many points there are, at most [`CHUNK`].
     pub(crate) count: usize,
@@ -42,7 +44,8 @@ impl<T> Cell<'_, T> {
     /// dimension on, a coordinate.
     #[inline(always)]
     fn lanes<const D: usize>(&self, point: usize, list: usize) -> &[T] {
-        let start = point / GROUP * (2 * D * GROUP) + list * GROUP + point % GROUP;
+        let group = group::<T>();
+        let start = point / group * (2 * D * group) + list * group + point % group;
         &self.groups[start..]
     }
 }

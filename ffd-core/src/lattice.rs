@@ -41,14 +41,7 @@ impl<const D: usize> Lattice<D> {
     ///
     /// [`FfdError::TooManyControlPoints`] if memory does not suffice.
     pub fn at_rest(grid: Grid<D>) -> Result<Self, FfdError> {
-        let count = grid.control_point_count();
-        let mut displacements = Vec::new();
-        displacements
-            .try_reserve_exact(count)
-            .map_err(|_| FfdError::TooManyControlPoints {
-                cells: grid.cells().to_vec(),
-            })?;
-        displacements.resize(count, [0.0; D]);
+        let displacements = zeros(grid.control_point_count(), &grid)?;
         Ok(Self {
             grid,
             displacements,
@@ -127,7 +120,10 @@ impl<const D: usize> Lattice<D> {
     /// # Errors
     ///
     /// * [`FfdError::NoCells`] if a factor is zero;
-    /// * [`FfdError::TooManyControlPoints`].
+    /// * [`FfdError::TooManyControlPoints`], also if memory does not suffice;
+    /// * [`FfdError::AxisLength`] if cells become too short to compute with, and
+    ///   [`FfdError::NonFiniteDisplacement`] if displacements are so large that sums
+    ///   overflow.
     ///
     /// # Example
     ///
@@ -197,21 +193,21 @@ impl<const D: usize> Lattice<D> {
             let own = &grid.axes()[axis];
             Axis::new(own.degree(), grid.domain_cells(axis), own.knots())
         };
-        let insertion = Insertion::new(&whole(grid)?, &whole(finer)?, factor);
+        let insertion = Insertion::new(whole(grid)?, whole(finer)?, factor);
         let (layers, finer_layers) = (grid.layers(axis), finer.layers(axis));
-        let (old, new) = (per_axis[axis], insertion.len() - 2 * finer_layers);
+        let (old, new) = (per_axis[axis], finer.axes()[axis].control_point_count());
 
         let stride: usize = per_axis[..axis].iter().product();
         let outer: usize = per_axis[axis + 1..].iter().product();
-        let mut out = vec![[0.0; D]; stride * new * outer];
-        for k in 0..outer {
-            for j in 0..new {
-                let (first, weights) = insertion.row(j + finer_layers);
-                for (m, &weight) in weights[..grid.order()[axis]].iter().enumerate() {
-                    // Control points of the border do not move.
-                    let Some(from) = (first + m).checked_sub(layers).filter(|&i| i < old) else {
-                        continue;
-                    };
+        let mut out = zeros(stride * new * outer, finer)?;
+        for j in 0..new {
+            let (first, weights) = insertion.row(j + finer_layers);
+            for (m, &weight) in weights[..grid.order()[axis]].iter().enumerate() {
+                // Control points of the border do not move.
+                let Some(from) = (first + m).checked_sub(layers).filter(|&i| i < old) else {
+                    continue;
+                };
+                for k in 0..outer {
                     for i in 0..stride {
                         let value = values[i + stride * (from + old * k)];
                         let sum = &mut out[i + stride * (j + new * k)];
@@ -344,6 +340,18 @@ impl<const D: usize> Block<f64, D> for CellBlock<'_, D> {
         }
         self.displacements[at][component]
     }
+}
+
+/// A list of zeros for a grid, if memory suffices.
+fn zeros<const D: usize>(count: usize, grid: &Grid<D>) -> Result<Vec<[f64; D]>, FfdError> {
+    let mut zeros = Vec::new();
+    zeros
+        .try_reserve_exact(count)
+        .map_err(|_| FfdError::TooManyControlPoints {
+            cells: grid.cells().to_vec(),
+        })?;
+    zeros.resize(count, [0.0; D]);
+    Ok(zeros)
 }
 
 fn check_count<const D: usize>(grid: &Grid<D>, found: usize) -> Result<(), FfdError> {

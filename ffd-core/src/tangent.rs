@@ -36,11 +36,15 @@ pub fn transform_tangent<const D: usize>(jacobian: &[[f64; D]; D], tangent: [f64
 /// ```
 #[must_use]
 pub fn transform_normal<const D: usize>(jacobian: &[[f64; D]; D], normal: [f64; D]) -> [f64; D] {
-    let image = multiply(&cofactors(jacobian), normal);
-    // Scaled twice, so that no square overflows or vanishes.
-    let largest = image.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
-    if largest > 0.0 {
-        let scaled = image.map(|c| c / largest);
+    // Only directions count: scaled, so that no product overflows or vanishes.
+    let largest = |v: &[f64]| v.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
+    let unit = largest(jacobian.as_flattened());
+    let jacobian = jacobian.map(|row| row.map(|x| x / unit));
+    let longest = largest(&normal);
+    let image = multiply(&cofactors(&jacobian), normal.map(|x| x / longest));
+    let longest = largest(&image);
+    if longest > 0.0 {
+        let scaled = image.map(|c| c / longest);
         let length = scaled.iter().map(|c| c * c).sum::<f64>().sqrt();
         scaled.map(|c| c / length)
     } else {

@@ -118,7 +118,7 @@ fn check_update<const D: usize>(
         .map(|i| i.index(grid.control_point_count()))
         .collect();
     for outside in [Outside::Keep, Outside::Clamp] {
-        let bound = Embedding::<f64, D>::new(grid, &points, outside).unwrap();
+        let mut bound = Embedding::<f64, D>::new(grid, &points, outside).unwrap();
         let mut images = points.clone();
         bound.deform_into(lattice, &mut images).unwrap();
         let before = images.clone();

@@ -39,10 +39,15 @@ impl Axis {
     ///
     /// # Errors
     ///
-    /// [`FfdError::NoCells`] (of axis 0) if there are none.
+    /// * [`FfdError::NoCells`] (of axis 0) if there are none;
+    /// * [`FfdError::TooManyControlPoints`] if they cannot be told apart in lattice
+    ///   coordinates: from 2⁵² on.
     pub fn new(degree: Degree, cells: usize, knots: Knots) -> Result<Self, FfdError> {
         if cells == 0 {
             return Err(FfdError::NoCells { axis: 0 });
+        }
+        if cells as u64 >= 1 << 52 {
+            return Err(FfdError::TooManyControlPoints { cells: vec![cells] });
         }
         let mut axis = Self {
             degree,
@@ -88,8 +93,17 @@ impl Axis {
     /// mean of the `degree` knots inside the support of its basis function. With all
     /// control points at rest the spline is the identity. For uniform knots this is
     /// `index − (degree − 1) / 2`.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such control point.
     #[must_use]
     pub fn rest_coordinate(&self, index: usize) -> f64 {
+        let count = self.control_point_count();
+        assert!(
+            index < count,
+            "control point {index} of {count} does not exist"
+        );
         let n = self.degree.get();
         match self.knots {
             Knots::Uniform => index as f64 - 0.5 * (n - 1) as f64,
@@ -141,15 +155,8 @@ impl Axis {
         );
         let basis = &self.bases[self.kind_of_cell(cell)];
         let n = self.degree.get();
-        let rows = match ROWS {
-            0 => return,
-            1 => [basis.values(n, t, 0.0, 1.0), [0.0; 6], [0.0; 6]],
-            2 | 3 => {
-                let [values, slopes] = basis.values_and_slopes(n, t, 0.0, 1.0);
-                [values, slopes, basis.curvatures(n, t, 0.0, 1.0)]
-            }
-            _ => unreachable!("checked when compiled"),
-        };
+        let [values, slopes] = basis.values_and_slopes(n, t, 0.0, 1.0);
+        let rows = [values, slopes, basis.curvatures(n, t, 0.0, 1.0)];
         out.copy_from_slice(&rows[..ROWS]);
     }
 

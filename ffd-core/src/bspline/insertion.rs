@@ -7,46 +7,40 @@ use super::{axis::Axis, degree::MAX_ORDER};
 /// The value of a new control point is the polar form of the spline at the knots inside
 /// the support of its basis function (L. Ramshaw, *Blossoms are polar forms*, Computer
 /// Aided Geometric Design 6, 1989), taken from a cell in the middle of that support.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub(crate) struct Insertion {
-    /// For each new control point the first old one and the weights from there on.
-    rows: Vec<(usize, [f64; MAX_ORDER])>,
+    coarse: Axis,
+    fine: Axis,
+    factor: usize,
 }
 
 impl Insertion {
     /// From `coarse` to `fine`, which must have the same degree and kind of knots and
     /// `factor` times as many cells.
-    pub(crate) fn new(coarse: &Axis, fine: &Axis, factor: usize) -> Self {
+    pub(crate) fn new(coarse: Axis, fine: Axis, factor: usize) -> Self {
         debug_assert_eq!(coarse.cells() * factor, fine.cells());
-        let n = coarse.degree().get();
-        let rows = (0..fine.control_point_count())
-            .map(|j| {
-                // The basis function of control point j lives on cells j − n to j.
-                let fine_cell = j.saturating_sub(n.div_ceil(2)).min(fine.cells() - 1);
-                let cell = fine_cell / factor;
-                let mut knots = [0.0; MAX_ORDER - 1];
-                for (i, knot) in knots[..n].iter_mut().enumerate() {
-                    let from_fine_cell = (j + i + 1).cast_signed() - (n + fine_cell).cast_signed();
-                    let position =
-                        (fine_cell % factor) as f64 + fine.knot(fine_cell, from_fine_cell);
-                    *knot = position / factor as f64;
-                }
-                let basis = &coarse.bases()[coarse.kind_of_cell(cell)];
-                (cell, basis.blossoms(&knots[..n], 0.0, 1.0))
-            })
-            .collect();
-        Self { rows }
-    }
-
-    /// The number of new control points.
-    pub(crate) fn len(&self) -> usize {
-        self.rows.len()
+        Self {
+            coarse,
+            fine,
+            factor,
+        }
     }
 
     /// The first old control point that new one `j` depends on, and the weights of
     /// those from there on.
-    pub(crate) fn row(&self, j: usize) -> (usize, &[f64; MAX_ORDER]) {
-        let (first, weights) = &self.rows[j];
-        (*first, weights)
+    pub(crate) fn row(&self, j: usize) -> (usize, [f64; MAX_ORDER]) {
+        let (fine, factor) = (&self.fine, self.factor);
+        let n = fine.degree().get();
+        // The basis function of control point j lives on cells j − n to j.
+        let fine_cell = j.saturating_sub(n.div_ceil(2)).min(fine.cells() - 1);
+        let cell = fine_cell / factor;
+        let mut knots = [0.0; MAX_ORDER - 1];
+        for (i, knot) in knots[..n].iter_mut().enumerate() {
+            let from_fine_cell = (j + i + 1).cast_signed() - (n + fine_cell).cast_signed();
+            let position = (fine_cell % factor) as f64 + fine.knot(fine_cell, from_fine_cell);
+            *knot = position / factor as f64;
+        }
+        let basis = &self.coarse.bases()[self.coarse.kind_of_cell(cell)];
+        (cell, basis.blossoms(&knots[..n], 0.0, 1.0))
     }
 }

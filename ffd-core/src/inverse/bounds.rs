@@ -118,9 +118,21 @@ impl<const D: usize> Inverse<'_, D> {
         self.contract(q, &self.hull, &all)
     }
 
-    /// Adds the single cells among `cells` that can hold a preimage of `q`.
-    pub(super) fn candidates(&self, q: [f64; D], mut cells: Cells<D>, out: &mut Vec<Candidate<D>>) {
+    /// Adds the single cells among `cells` that can hold a preimage of `q`. Counts
+    /// ranges of cells looked at, as the boxes that they are, and stops when the budget
+    /// is spent.
+    pub(super) fn candidates(
+        &self,
+        q: [f64; D],
+        mut cells: Cells<D>,
+        out: &mut Vec<Candidate<D>>,
+        boxes: &mut usize,
+    ) {
         loop {
+            *boxes += 1;
+            if *boxes > self.budget {
+                return;
+            }
             let hull = self.hull_of(&cells);
             let Some(fewer) = self.contract(q, &hull, &cells) else {
                 return;
@@ -145,8 +157,8 @@ impl<const D: usize> Inverse<'_, D> {
         let (mut low, mut high) = (cells, cells);
         low.last[axis] = middle - 1;
         high.first[axis] = middle;
-        self.candidates(q, low, out);
-        self.candidates(q, high, out);
+        self.candidates(q, low, out, boxes);
+        self.candidates(q, high, out, boxes);
     }
 
     /// The cells among `cells` that can hold a point that a displacement in `hull`

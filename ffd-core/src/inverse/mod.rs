@@ -43,8 +43,11 @@ const BUDGET: usize = 20_000;
 /// The points that a deformation moves to a given one, as far as they were looked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Preimage<const D: usize> {
-    /// There is none: the point is not in the image. This is proven, not just that none
-    /// was found.
+    /// There is none: the point is not in the image. For a lattice this is proven, not
+    /// just that none was found. For a sequence it is if each of its lattices has at most
+    /// one preimage of a point inside its domain: see [`Sequence::inverse_point`].
+    ///
+    /// [`Sequence::inverse_point`]: crate::Sequence::inverse_point
     None,
     /// The preimage; where the deformation folds, one of those inside the domain.
     One([f64; D]),
@@ -85,9 +88,10 @@ pub enum InverseError {
         /// Its [size](Inverse::size).
         size: f64,
     },
-    /// The search came to the end of its budget and has neither found a preimage inside
-    /// the domain nor shown that there is none. That takes a map that folds or is
-    /// singular near by.
+    /// The search has neither found a preimage inside the domain nor shown that there is
+    /// none. Either its budget is spent, or rounding hides what happens in the boxes that
+    /// are left. That takes a map that folds or is singular near by, nearly parallel
+    /// axes, or a box whose cells are tiny beside its distance from the origin.
     #[error(
         "undecided after {boxes} boxes whether the point is in the image: {nearest:?} comes \
          within {residual}"
@@ -102,6 +106,13 @@ pub enum InverseError {
         /// The boxes looked at.
         boxes: usize,
     },
+    /// A sequence has so many lattices with two preimages that not all ways back could be
+    /// followed.
+    #[error("more than {steps} steps lead back through the sequence")]
+    TooManyWays {
+        /// The steps that were taken.
+        steps: usize,
+    },
 }
 
 /// A lattice made ready for inversion of many points.
@@ -114,11 +125,12 @@ pub enum InverseError {
 /// * |F(y) − q| ≤ 16 ε · [size](Inverse::size), and
 /// * |y − x| ≤ 64 ε · size · max(1, ‖J(x)⁻¹‖), except where J is nearly singular,
 ///
-/// with ε = 2⁻⁵² and F as computed by [`Lattice::deform_point`]. Where F stretches
-/// space so much that numbers next to each other may have images farther apart than
-/// that, a good y near by is taken, and 16 grows to about 4 ‖J‖. A q that misses the
-/// image by no more than rounding can explain may be given the nearest point of the
-/// domain.
+/// with ε = 2⁻⁵² and F as computed by [`Lattice::deform_point`]. Both grow where
+/// computing F itself is less accurate than that: with the condition number of the
+/// frame's axes if these are nearly parallel, and where F stretches space so much that
+/// numbers next to each other have images farther apart, with about 4 ‖J‖ in place of
+/// 16; a good y near by is taken then. A q that misses the image by no more than rounding
+/// can explain may be given the nearest point of the domain.
 ///
 /// A y on the border of the domain is moved inside by a rounding error if need be, so
 /// that [`Lattice::deform_point`] does deform it. If q lies outside the domain and y is

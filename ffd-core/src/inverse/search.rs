@@ -89,9 +89,12 @@ impl<const D: usize> Inverse<'_, D> {
         mut best: Option<Trial<D>>,
     ) -> Outcome<D> {
         let mut candidates = Vec::new();
-        self.candidates(q, *cells, &mut candidates);
-        let mut net = Net::new(self.lattice.grid().order());
         let mut boxes = 0;
+        self.candidates(q, *cells, &mut candidates, &mut boxes);
+        if boxes > self.budget {
+            return self.undecided(q, best, boxes);
+        }
+        let mut net = Net::new(self.lattice.grid().order());
         let mut parts = BinaryHeap::new();
         for candidate in candidates {
             boxes += 1;
@@ -459,7 +462,7 @@ mod tests {
             let q = lattice.deform_point(x);
             let mut candidates = Vec::new();
             let cells = inverse.reachable(q).expect("x is in one");
-            inverse.candidates(q, cells, &mut candidates);
+            inverse.candidates(q, cells, &mut candidates, &mut 0);
             let candidate = candidates.iter().find(|c| c.cell == location.cell);
             let candidate = *candidate.expect("the cell of x is a candidate");
             // The box of a subdivision that holds x.

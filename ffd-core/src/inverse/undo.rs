@@ -4,16 +4,21 @@ use crate::{Lattice, Sequence};
 
 use super::{Inverse, InverseError, Preimage};
 
+/// Inverses that are computed for one point of a sequence at most, besides one for each
+/// lattice.
+const MOST_STEPS: usize = 1000;
+
 /// What became of points that a deformation was undone for. Indices ascend.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub struct UndoReport {
     /// Points with two preimages: see [`Preimage::Two`]. They were moved to the first.
     pub two_preimages: Vec<usize>,
-    /// Points that are not in the image of the deformation; they were not moved.
+    /// Points that are not in the image of the deformation, proven as far as
+    /// [`Preimage::None`] is; they were not moved.
     pub not_in_image: Vec<usize>,
-    /// Points for which the search gave up ([`InverseError::Unresolved`]); they were
-    /// not moved.
+    /// Points for which the search gave up ([`InverseError::Unresolved`],
+    /// [`InverseError::TooManyWays`]); they were not moved.
     pub unresolved: Vec<usize>,
 }
 
@@ -92,7 +97,7 @@ impl<const D: usize> Sequence<D> {
     /// ```
     pub fn inverse_point(&self, q: [f64; D]) -> Result<Preimage<D>, InverseError> {
         check_points(&[q])?;
-        back(&self.inverses(), q)
+        back(&self.inverses(), q, &mut 0)
     }
 
     /// Moves points to where [`Sequence::deform_point`] has moved them from: see
@@ -128,14 +133,16 @@ where
     }
     let mut report = UndoReport::default();
     for (index, point) in points.iter_mut().enumerate() {
-        match back(inverses, (*point).into()) {
+        match back(inverses, (*point).into(), &mut 0) {
             Ok(Preimage::None) => report.not_in_image.push(index),
             Ok(Preimage::One(before)) => *point = before.into(),
             Ok(Preimage::Two([before, _])) => {
                 *point = before.into();
                 report.two_preimages.push(index);
             }
-            Err(InverseError::Unresolved { .. }) => report.unresolved.push(index),
+            Err(InverseError::Unresolved { .. } | InverseError::TooManyWays { .. }) => {
+                report.unresolved.push(index);
+            }
             Err(error) => return Err(error),
         }
     }
@@ -159,23 +166,30 @@ where
     Ok(())
 }
 
-/// The way back through several lattices, the last one first.
+/// The way back through several lattices, the last one first. `steps` counts those that
+/// were taken: with two ways at each lattice there are exponentially many.
 fn back<const D: usize>(
     inverses: &[Inverse<'_, D>],
     q: [f64; D],
+    steps: &mut usize,
 ) -> Result<Preimage<D>, InverseError> {
     let Some((last, before)) = inverses.split_last() else {
         return Ok(Preimage::One(q));
     };
     match last.point(q)? {
         Preimage::None => Ok(Preimage::None),
-        Preimage::One(point) => back(before, point),
+        Preimage::One(point) => back(before, point, steps),
         Preimage::Two([inside, outside]) => {
-            let first = back(before, inside)?;
+            let first = back(before, inside, steps)?;
             if matches!(first, Preimage::Two(_)) {
                 return Ok(first);
             }
-            let second = back(before, outside)?;
+            // The first way back costs one step for each lattice; others are counted.
+            *steps += before.len();
+            if *steps > MOST_STEPS {
+                return Err(InverseError::TooManyWays { steps: MOST_STEPS });
+            }
+            let second = back(before, outside, steps)?;
             Ok(match (first.point(), second.point()) {
                 (Some(a), Some(b)) => Preimage::Two([a, b]),
                 (None, _) => second,
