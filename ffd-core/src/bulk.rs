@@ -50,7 +50,7 @@ impl<const D: usize> Lattice<D> {
         P: Copy + Into<[S; D]> + From<[S; D]>,
     {
         self.check_points::<S, P>(0, points, outside)?;
-        Ok(self.deform_checked::<S, P>(points, outside))
+        Ok(self.deform_checked::<S, P>(Level::new(), points, outside))
     }
 
     /// [`Lattice::deform_points`] on the threads of the current rayon pool. The result is
@@ -80,10 +80,13 @@ impl<const D: usize> Lattice<D> {
             });
         match first_error {
             Some(error) => Err(error),
-            None => Ok(points
-                .par_chunks_mut(POINTS_PER_TASK)
-                .map(|points| self.deform_checked::<S, P>(points, outside))
-                .sum()),
+            None => {
+                let level = Level::new();
+                let tasks = points.par_chunks_mut(POINTS_PER_TASK);
+                Ok(tasks
+                    .map(|points| self.deform_checked::<S, P>(level, points, outside))
+                    .sum())
+            }
         }
     }
 
@@ -109,13 +112,18 @@ impl<const D: usize> Lattice<D> {
         Ok(())
     }
 
-    fn deform_checked<S, P>(&self, points: &mut [P], outside: Outside) -> usize
+    /// Deforms points that were checked.
+    pub(crate) fn deform_checked<S, P>(
+        &self,
+        level: Level,
+        points: &mut [P],
+        outside: Outside,
+    ) -> usize
     where
         S: Scalar,
         P: Copy + Into<[S; D]> + From<[S; D]>,
     {
         // Through a buffer of one type, so that the loop over it is compiled once.
-        let level = Level::new();
         let mut buffer = [[0.0; D]; CHUNK];
         let mut places = Places::new();
         let mut count = 0;

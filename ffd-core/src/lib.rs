@@ -96,6 +96,8 @@ mod grid;
 mod inverse;
 mod kernel;
 mod lattice;
+#[cfg(test)]
+mod levels;
 mod matrix;
 mod places;
 mod rows;

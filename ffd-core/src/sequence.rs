@@ -2,7 +2,7 @@
 
 use crate::frame::unit_entry;
 use crate::matrix::{Matrix, determinant};
-use crate::{Evaluation, FfdError, Lattice, Outside};
+use crate::{Evaluation, FfdError, Lattice, Outside, Scalar};
 
 /// Lattices that are applied in order: what one does to a point is the input of the
 /// next. Their grids need not have anything in common.
@@ -70,6 +70,23 @@ impl<const D: usize> Sequence<D> {
         crate::evaluate::check_point(0, world)?;
         let next = |point, lattice: &Lattice<D>| lattice.deform_point_with(point, outside);
         self.lattices.iter().try_fold(world, next)
+    }
+
+    /// Deforms points in place: see [`Lattice::deform_points`]. A lattice leaves points
+    /// outside its domain where they are; how many lay outside is returned for each
+    /// lattice.
+    ///
+    /// # Errors
+    ///
+    /// [`FfdError::NonFinitePoint`]. No point is changed if it is one of those given;
+    /// a point that a lattice moves out of the range of numbers stops the next one.
+    pub fn deform_points<S, P>(&self, points: &mut [P]) -> Result<Vec<usize>, FfdError>
+    where
+        S: Scalar,
+        P: Copy + Into<[S; D]> + From<[S; D]>,
+    {
+        let deform = |lattice: &Lattice<D>| lattice.deform_points::<S, P>(points, Outside::Keep);
+        self.lattices.iter().map(deform).collect()
     }
 
     /// Image, Jacobian and determinant at a world point, by the chain rule. A lattice

@@ -94,6 +94,28 @@ fn check_single<const D: usize>(
         .iter()
         .fold(0.0_f64, |m, c| m.max(c.abs()));
     let n = grid.degree().iter().map(|n| n.get()).max().unwrap() as f64;
+    let mut again = vec![[f32::NAN; D]; points.len()];
+    let mut jacobians = vec![[[f32::NAN; D]; D]; points.len()];
+    bound
+        .deform_with_jacobians_into(lattice, &mut again, &mut jacobians)
+        .unwrap();
+    prop_assert_eq!(&again, &images);
+    for (jacobian, point) in jacobians.iter().zip(&points) {
+        let Some(exact) = lattice.evaluate(point.map(f64::from)) else {
+            continue;
+        };
+        // Slopes add up to 2 n, change by 4 n² where the position is rounded, and are
+        // multiplied by rows of the inverse frame that add up to less than 4; a few more
+        // roundings than for an image.
+        let bound = 2.0_f64.powi(-24) * (1.0 + 4.0 * 2.0 * n * (24.0 * n + 10.0) * largest);
+        for (a, b) in jacobian
+            .as_flattened()
+            .iter()
+            .zip(exact.jacobian.as_flattened())
+        {
+            prop_assert!((f64::from(*a) - b).abs() <= bound);
+        }
+    }
     for (image, point) in images.iter().zip(&points) {
         let exact = lattice.deform_point(point.map(f64::from));
         for c in 0..D {
@@ -453,4 +475,166 @@ fn no_points_are_no_trouble() {
     bound
         .deform_into(&lattice, &mut [] as &mut [[f64; 2]])
         .unwrap();
+}
+
+/// With one bilinear control point moved, four cells are touched, and no others.
+#[test]
+fn an_update_evaluates_what_is_touched_and_nothing_else() {
+    let grid = Grid::new([Degree::LINEAR; 2], [8; 2], Frame::unit()).unwrap();
+    let mut points: Vec<[f64; 2]> = (0..64)
+        .map(|i| [f64::from(i % 8) + 0.5, f64::from(i / 8) + 0.5])
+        .collect();
+    // Outside, nearest to a cell that is touched and to one that is not.
+    points.extend([[-1.0, 3.5], [-1.0, 6.5]]);
+    let mut lattice = Lattice::at_rest(grid.clone()).unwrap();
+    for (moved, outside, expected) in [
+        (grid.control_point([4, 4]), Outside::Keep, 4),
+        (grid.control_point([4, 4]), Outside::Clamp, 4),
+        (grid.control_point([0, 4]), Outside::Keep, 2),
+        (grid.control_point([0, 4]), Outside::Clamp, 3),
+        (grid.control_point([8, 8]), Outside::Clamp, 1),
+    ] {
+        let mut bound = Embedding::<f64, 2>::new(&grid, &points, outside).unwrap();
+        let mut images = points.clone();
+        lattice.set_displacement(moved, [0.25; 2]).unwrap();
+        bound.deform_into(&lattice, &mut images).unwrap();
+        lattice.set_displacement(moved, [0.5; 2]).unwrap();
+        assert_eq!(
+            bound.update_into(&lattice, &[moved], &mut images),
+            Ok(expected)
+        );
+        assert_eq!(
+            bound.update_into(&lattice, &[moved; 3], &mut images),
+            Ok(expected)
+        );
+        assert_eq!(bound.update_into(&lattice, &[], &mut images), Ok(0));
+        let mut all = points.clone();
+        bound.deform_into(&lattice, &mut all).unwrap();
+        assert_eq!(images, all);
+    }
+}
+
+#[test]
+fn single_precision_clamps_too() {
+    let grid = Grid::new([Degree::CUBIC; 2], [2; 2], Frame::unit()).unwrap();
+    let displacements = (0..25).map(|i| [0.01 * f64::from(i), -0.5]).collect();
+    let lattice = Lattice::new(grid.clone(), displacements).unwrap();
+    let points = [[3.0_f32, 0.5], [-1.0, -2.0]];
+    let bound = Embedding::<f32, 2>::new(&grid, &points, Outside::Clamp).unwrap();
+    let mut images = points;
+    bound.deform_into(&lattice, &mut images).unwrap();
+    for (image, point) in images.iter().zip(points) {
+        let exact = lattice
+            .deform_point_with(point.map(f64::from), Outside::Clamp)
+            .unwrap();
+        assert_eq!(*image, exact.map(|c| c as f32));
+    }
+}
+
+#[test]
+fn a_bound_mesh_takes_lattices_on_its_own_grid_only() {
+    let frame = Frame::of_box([0.0; 2], [2.0; 2], [2; 2]).unwrap();
+    let grid = Grid::new([Degree::CUBIC; 2], [2; 2], frame).unwrap();
+    let points = [[1.0, 1.0]];
+    let bound = Embedding::<f64, 2>::new(&grid, &points, Outside::Keep).unwrap();
+    let others = [
+        Grid::new([Degree::CUBIC, Degree::LINEAR], [2; 2], frame).unwrap(),
+        Grid::new([Degree::CUBIC; 2], [2, 3], frame).unwrap(),
+        Grid::new(
+            [Degree::CUBIC; 2],
+            [2; 2],
+            Frame::of_box([0.0; 2], [2.0, 3.0], [2; 2]).unwrap(),
+        )
+        .unwrap(),
+        grid.clone()
+            .with_knots([Knots::Uniform, Knots::Clamped])
+            .unwrap(),
+        grid.with_border(Border::Identity).unwrap(),
+    ];
+    for other in others {
+        let lattice = Lattice::at_rest(other).unwrap();
+        let mut images = points;
+        assert_eq!(
+            bound.deform_into(&lattice, &mut images),
+            Err(FfdError::GridMismatch)
+        );
+    }
+}
+
+#[test]
+fn every_list_has_its_length_checked() {
+    let grid = Grid::new([Degree::CUBIC; 2], [2; 2], Frame::unit()).unwrap();
+    let lattice = Lattice::at_rest(grid.clone()).unwrap();
+    let bound = Embedding::<f64, 2>::new(&grid, &[[1.0; 2]; 3], Outside::Keep).unwrap();
+    let lists = |n| vec![[0.5; 2]; n];
+    for (a, b, c) in [(2, 3, 3), (3, 2, 3), (3, 3, 4)] {
+        let (mut out, mut out_normals) = (lists(b), lists(c));
+        let error = bound
+            .deform_with_normals_into(&lattice, &lists(a), &mut out, &mut out_normals)
+            .unwrap_err();
+        assert!(matches!(
+            error,
+            FfdError::LengthMismatch { expected: 3, .. }
+        ));
+        assert_eq!((out, out_normals), (lists(b), lists(c)));
+    }
+}
+
+/// Points of a fine grid share cells with few others: batches grow, results stay.
+#[test]
+fn fine_grids_are_bound_in_larger_batches() {
+    let grid = Grid::new([Degree::QUADRATIC; 2], [300; 2], Frame::unit()).unwrap();
+    let displacements = (0..grid.control_point_count())
+        .map(|i| [(i as f64).sin(), (i as f64).cos()])
+        .collect();
+    let lattice = Lattice::new(grid.clone(), displacements).unwrap();
+    let points: Vec<[f64; 2]> = (0..120_000)
+        .map(|i| [0.71, 0.37].map(|s| 310.0 * (f64::from(i) * s).fract() - 5.0))
+        .collect();
+    let bound = Embedding::<f64, 2>::new(&grid, &points, Outside::Keep).unwrap();
+    let mut images = points.clone();
+    bound.deform_into(&lattice, &mut images).unwrap();
+    let mut expected = points;
+    lattice
+        .deform_points::<f64, _>(&mut expected, Outside::Keep)
+        .unwrap();
+    assert!(images == expected);
+}
+
+/// Far away, lattice coordinates overflow: that is an error, not a point left behind.
+#[test]
+fn points_too_far_to_be_clamped_are_named() {
+    let frame = Frame::new([-1e308, 0.0], [[1.0, 0.0], [0.0, 1.0]]).unwrap();
+    let grid = Grid::new([Degree::LINEAR; 2], [2; 2], frame).unwrap();
+    let lattice = Lattice::new(grid.clone(), vec![[0.0, 1.0]; 9]).unwrap();
+    let far = [1e308, 1.0];
+    let error = FfdError::PointOutside {
+        index: 0,
+        point: far.to_vec(),
+    };
+    assert_eq!(
+        lattice.deform_point_with(far, Outside::Clamp),
+        Err(error.clone())
+    );
+    assert_eq!(
+        lattice.deform_points::<f64, _>(&mut [far], Outside::Clamp),
+        Err(error.clone())
+    );
+    assert_eq!(
+        Embedding::<f64, 2>::new(&grid, &[far], Outside::Clamp).unwrap_err(),
+        error
+    );
+}
+
+/// Only directions count: no size of the Jacobian spoils a normal.
+#[test]
+fn normals_survive_any_scale() {
+    for scale in [1e-300, 1e-170, 1.0, 1e160, 1e300] {
+        let jacobian = [[scale, 0.0, 0.0], [0.0, scale, 0.0], [0.0, 0.0, scale]];
+        assert_eq!(
+            transform_normal(&jacobian, [0.0, 0.0, scale]),
+            [0.0, 0.0, 1.0]
+        );
+    }
+    assert_eq!(transform_normal(&[[0.0; 2]; 2], [1.0, 0.0]), [0.0; 2]);
 }

@@ -474,3 +474,39 @@ fn bad_input_is_named() {
         Err(FfdError::ClampedBorder { axis: 1 })
     );
 }
+
+/// However they depend on each other.
+#[test]
+fn flat_frames_are_refused() {
+    let x = [1.0, 0.0, 0.0];
+    let y = [0.0, 1.0, 0.0];
+    for axes in [
+        [x, x, y],
+        [x, y, x],
+        [y, x, x],
+        [x, x, x],
+        [x, y, [3.0, -2.0, 0.0]],
+    ] {
+        let scaled = [axes[0], axes[1].map(|c| 2.0 * c), axes[2].map(|c| -0.5 * c)];
+        let error = Frame::new([0.0; 3], scaled).unwrap_err();
+        assert!(
+            matches!(error, FfdError::SingularFrame { volume } if volume < 1e-10),
+            "{error}"
+        );
+    }
+    let error = Frame::of_box([0.0; 2], [1.0; 2], [1, 0]).unwrap_err();
+    assert_eq!(error, FfdError::NoCells { axis: 1 });
+}
+
+/// A refined lattice that does not fit into memory is refused, before anything is.
+#[test]
+fn refinement_beyond_memory_is_refused() {
+    let grid = Grid::new([Degree::CUBIC; 3], [2, 1, 1], Frame::unit()).unwrap();
+    let lattice = Lattice::at_rest(grid).unwrap();
+    assert!(matches!(
+        lattice.refine([1 << 50, 1, 1]),
+        Err(FfdError::TooManyControlPoints { .. })
+    ));
+    let axis = ffd_core::Axis::new(Degree::CUBIC, usize::MAX, Knots::Clamped);
+    assert!(matches!(axis, Err(FfdError::TooManyControlPoints { .. })));
+}

@@ -196,3 +196,40 @@ fn all_ways_back_are_followed() {
         InverseError::NonFinitePoint { index: 0, .. }
     ));
 }
+
+/// Undoing takes two ways at each lattice that pushes points out; not all of them are
+/// followed if there are too many. The file of such a sequence is small.
+#[test]
+fn a_sequence_with_exponentially_many_ways_back_is_given_up() {
+    let linear = |a: f64, b: f64, shift: f64| {
+        let frame = Frame::of_box([a, 0.0], [b, 1.0], [1, 1]).unwrap();
+        let grid = Grid::new([Degree::LINEAR; 2], [1, 1], frame).unwrap();
+        Lattice::new(grid, vec![[shift, 0.0]; 4]).unwrap()
+    };
+    let (mut width, mut lattices) = (4.0, Vec::new());
+    for _ in 0..40 {
+        lattices.push(linear(2.0 * width, 3.0 * width, -2.0 * width));
+        width *= 3.0;
+    }
+    lattices.push(linear(-10.0, 2.0 * width, 10.0 * width));
+    lattices.reverse();
+    let sequence = Sequence::new(lattices);
+    let error = sequence.inverse_point([1.5, 0.5]).unwrap_err();
+    assert!(matches!(error, InverseError::TooManyWays { .. }), "{error}");
+    let report = sequence.undo_points(&mut [[1.5, 0.5]]).unwrap();
+    assert_eq!(report.unresolved, [0]);
+}
+
+#[test]
+fn points_go_through_a_sequence_together() {
+    let grid = Grid::new([Degree::LINEAR; 2], [2, 2], Frame::unit()).unwrap();
+    let shift = Lattice::new(grid, vec![[0.5, 0.0]; 9]).unwrap();
+    let sequence = Sequence::new(vec![shift.clone(), shift]);
+    let mut points = [[0.25, 1.0], [1.75, 1.0], [9.0, 9.0]];
+    let expected = points.map(|x| sequence.deform_point(x));
+    assert_eq!(
+        sequence.deform_points::<f64, _>(&mut points),
+        Ok(vec![1, 2])
+    );
+    assert_eq!(points, expected);
+}

@@ -60,7 +60,7 @@ pub struct Embedding<S, const D: usize> {
     count: usize,
     batch_size: usize,
     /// One for every `batch_size` points.
-    batches: Vec<Batch>,
+    pub(crate) batches: Vec<Batch>,
     /// Points of one batch in one cell, batch after batch.
     runs: Vec<Run<D>>,
     /// For each point inside, in the order of runs: which one of its batch it is.
@@ -77,7 +77,7 @@ pub struct Embedding<S, const D: usize> {
 
 /// Some points that follow each other, so that their images are written to one place.
 #[derive(Debug, Clone)]
-struct Batch {
+pub(crate) struct Batch {
     runs: Range<usize>,
     beyond: Range<usize>,
     /// Whether the order of cells jumps about in that of points.
@@ -288,7 +288,7 @@ impl<S: Scalar, const D: usize> Embedding<S, D> {
             touch(out);
             jacobians.fill([[S::from_f64(0.0); D]; D]);
         }
-        self.evaluate_batch(lattice, batch, |i, image, jacobian| {
+        self.evaluate_batch(Level::new(), lattice, batch, |i, image, jacobian| {
             out[i] = P::from(image);
             jacobians[i] = jacobian;
         });
@@ -308,7 +308,7 @@ impl<S: Scalar, const D: usize> Embedding<S, D> {
             touch(out);
             touch(out_normals);
         }
-        self.evaluate_batch(lattice, batch, |i, image, jacobian| {
+        self.evaluate_batch(Level::new(), lattice, batch, |i, image, jacobian| {
             out[i] = P::from(image);
             let jacobian = jacobian.map(|row| row.map(S::to_f64));
             let normal: [S; D] = normals[i].into();

@@ -31,13 +31,13 @@ impl<S: Scalar> Workspace<S> {
 
 impl<S: Scalar, const D: usize> Embedding<S, D> {
     /// Calls `see` with the index within the batch, image and Jacobian of every point.
-    pub(super) fn evaluate_batch(
+    pub(crate) fn evaluate_batch(
         &self,
+        level: Level,
         lattice: &Lattice<D>,
         batch: &Batch,
         mut see: impl FnMut(usize, [S; D], [[S; D]; D]),
     ) {
-        let level = Level::new();
         let mut workspace = Workspace::new();
         let kernel = |cell: &Cell<'_, S>, out: &mut _| S::jacobians(level, cell, out);
         for run in &self.runs[batch.runs.clone()] {
@@ -59,7 +59,7 @@ impl<S: Scalar, const D: usize> Embedding<S, D> {
         }
     }
 
-    pub(super) fn deform_batch<P: From<[S; D]>>(
+    pub(crate) fn deform_batch<P: From<[S; D]>>(
         &self,
         level: Level,
         lattice: &Lattice<D>,
