@@ -327,10 +327,10 @@ fn in_a_lattice_touched_points_go_with_the_fingertips() {
         .expect("one point is enough");
     let inward = [-4e-3, -3e-3, -2e-3];
     assert_eq!(body.displace(&[inward]), 1.0);
-    for c in 0..3 {
-        assert!((body.displacements()[pressed][c] - inward[c]).abs() < 1e-14);
-        assert_eq!(body.displacements()[other][c], 0.0);
+    for (found, asked) in body.displacements()[pressed].iter().zip(inward) {
+        assert!((found - asked).abs() < 1e-14);
     }
+    assert_eq!(body.displacements()[other], [0.0; 3]);
     body.relax();
     assert_eq!(body.positions(), rest);
 }
