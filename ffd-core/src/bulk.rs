@@ -102,11 +102,23 @@ impl<const D: usize> Lattice<D> {
         S: Scalar,
         P: Copy + Into<[S; D]>,
     {
-        for (i, &point) in points.iter().enumerate() {
-            let world = point.into().map(S::to_f64);
-            check_point(first + i, world)?;
-            if outside == Outside::Error || outside == Outside::Clamp {
-                locate_with(self.grid(), first + i, world, outside)?;
+        for (chunk, points) in points.chunks(CHUNK).enumerate() {
+            // All at once first: a product with zero is zero, or NaN for what is not finite.
+            let mut zeros = [0.0; D];
+            for &point in points {
+                let world = in_double::<S, P, D>(point);
+                for c in 0..D {
+                    zeros[c] += 0.0 * world[c];
+                }
+            }
+            if outside == Outside::Keep && !zeros.iter().any(|zero| zero.is_nan()) {
+                continue;
+            }
+            for (i, &point) in points.iter().enumerate() {
+                let index = first + chunk * CHUNK + i;
+                let world = in_double::<S, P, D>(point);
+                check_point(index, world)?;
+                locate_with(self.grid(), index, world, outside)?;
             }
         }
         Ok(())
@@ -130,12 +142,16 @@ impl<const D: usize> Lattice<D> {
         for points in points.chunks_mut(CHUNK) {
             let buffer = &mut buffer[..points.len()];
             for (world, &point) in buffer.iter_mut().zip(&*points) {
-                *world = point.into().map(S::to_f64);
+                *world = in_double::<S, P, D>(point);
             }
             count +=
                 dispatch!(level, simd => self.deform_buffer(simd, buffer, &mut places, outside));
             for (point, world) in points.iter_mut().zip(&*buffer) {
-                *point = P::from(world.map(S::from_f64));
+                let mut image = [S::from_f64(0.0); D];
+                for c in 0..D {
+                    image[c] = S::from_f64(world[c]);
+                }
+                *point = P::from(image);
             }
         }
         count
@@ -173,4 +189,15 @@ impl<const D: usize> Lattice<D> {
         }
         count
     }
+}
+
+#[inline(always)]
+fn in_double<S: Scalar, P: Into<[S; D]>, const D: usize>(point: P) -> [f64; D] {
+    // Loops, here and above: `array::map` is not inlined everywhere.
+    let point: [S; D] = point.into();
+    let mut world = [0.0; D];
+    for c in 0..D {
+        world[c] = point[c].to_f64();
+    }
+    world
 }

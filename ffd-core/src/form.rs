@@ -13,7 +13,7 @@
 //! is free. Where a sequence is expected, a lattice is read as a sequence of one.
 //!
 //! Fields are read one by one, without an untagged enum, so that an error says what is
-//! wrong with which field. Memory grows as numbers arrive: what the data say about
+//! wrong with which list (`serde_json` adds line and column). Memory grows as numbers arrive: what the data say about
 //! their own length is not believed. The format has to name its fields (as JSON does),
 //! since they may come in any order.
 

@@ -30,20 +30,24 @@ pub trait Kernel: Sized {
     reason = "rounding to the nearest value is what is asked for"
 )]
 impl Scalar for f32 {
+    #[inline]
     fn from_f64(value: f64) -> Self {
         value as Self
     }
 
+    #[inline]
     fn to_f64(self) -> f64 {
         f64::from(self)
     }
 }
 
 impl Scalar for f64 {
+    #[inline]
     fn from_f64(value: f64) -> Self {
         value
     }
 
+    #[inline]
     fn to_f64(self) -> f64 {
         self
     }
