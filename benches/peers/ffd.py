@@ -140,9 +140,11 @@ def ours():
     for file in sorted(root.glob("ffd_*/**/new/estimates.json")):
         benchmark = json.loads((file.parent / "benchmark.json").read_text())
         elements = (benchmark.get("throughput") or {}).get("Elements")
-        if elements == POINTS:
+        name = benchmark["full_id"]
+        evaluates = name.startswith(("ffd_bound", "ffd_any_order")) and "copy alone" not in name
+        if elements == POINTS and evaluates:
             median = json.loads(file.read_text())["median"]["point_estimate"]
-            found[benchmark["full_id"]] = median / elements
+            found[name] = median / elements
     return found
 
 

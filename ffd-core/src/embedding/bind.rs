@@ -21,8 +21,8 @@ impl<S: Scalar, const D: usize> Embedding<S, D> {
     /// Binds points to a grid.
     ///
     /// `points` may be of any vector type that converts to and from `[S; D]`. Costs some
-    /// ten evaluations of each point, and about `4 D` numbers of memory for each; much
-    /// more on a grid so fine that few points share a cell. There,
+    /// ten evaluations of each point, and memory for about `2 D` numbers for each; much more
+    /// on a grid so fine that few points share a cell. There,
     /// [`Lattice::deform_points`](crate::Lattice::deform_points) is the better choice.
     ///
     /// # Errors
