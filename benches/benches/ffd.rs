@@ -57,7 +57,7 @@ fn evaluation(c: &mut Criterion) {
         .sample_size(10)
         .throughput(Throughput::Elements(POINTS as u64));
     group.bench_function("f64", |b| {
-        b.iter(|| Embedding::<f64, 3>::new(&grid, black_box(&points), Outside::Keep));
+        b.iter(|| Embedding::new(&grid, black_box(&points), Outside::Keep));
     });
     group.finish();
 
@@ -66,17 +66,17 @@ fn evaluation(c: &mut Criterion) {
         .sample_size(20)
         .throughput(Throughput::Elements(POINTS as u64));
     for (name, points) in [("f64 scattered", &points), ("f64 by cell", &by_cell)] {
-        let bound = Embedding::<f64, 3>::new(&grid, points, Outside::Keep).expect("finite");
+        let bound = Embedding::new(&grid, points, Outside::Keep).expect("finite");
         group.bench_function(name, |b| {
             b.iter(|| bound.deform_into(black_box(&lattice), &mut out));
         });
     }
-    let bound = Embedding::<f32, 3>::new(&grid, &single, Outside::Keep).expect("finite");
+    let bound = Embedding::new(&grid, &single, Outside::Keep).expect("finite");
     let mut single_out = single.clone();
     group.bench_function("f32 scattered", |b| {
         b.iter(|| bound.deform_into(black_box(&lattice), &mut single_out));
     });
-    let bound = Embedding::<f64, 3>::new(&grid, &points, Outside::Keep).expect("finite");
+    let bound = Embedding::new(&grid, &points, Outside::Keep).expect("finite");
     let mut jacobians = vec![[[0.0; 3]; 3]; POINTS];
     group.bench_function("f64 with Jacobians", |b| {
         b.iter(|| bound.deform_with_jacobians_into(black_box(&lattice), &mut out, &mut jacobians));
@@ -99,7 +99,7 @@ fn evaluation(c: &mut Criterion) {
     group.bench_function("f64 with a copy", |b| {
         b.iter(|| {
             out.copy_from_slice(&points);
-            lattice.deform_points::<f64, _>(black_box(&mut out), Outside::Keep)
+            lattice.deform_points(black_box(&mut out), Outside::Keep)
         });
     });
     group.bench_function("copy alone", |b| {
@@ -123,14 +123,14 @@ fn evaluation(c: &mut Criterion) {
     let (mut out, mut single_out) = (points.clone(), single.clone());
     let mut jacobians = vec![[[0.0; 3]; 3]; points.len()];
     group.throughput(Throughput::Elements(points.len() as u64));
-    let bound = Embedding::<f64, 3>::new(&grid, &points, Outside::Keep).expect("finite");
+    let bound = Embedding::new(&grid, &points, Outside::Keep).expect("finite");
     group.bench_function("f64", |b| {
         b.iter(|| bound.deform_into(black_box(&lattice), &mut out));
     });
     group.bench_function("f64 with Jacobians", |b| {
         b.iter(|| bound.deform_with_jacobians_into(black_box(&lattice), &mut out, &mut jacobians));
     });
-    let bound = Embedding::<f32, 3>::new(&grid, &single, Outside::Keep).expect("finite");
+    let bound = Embedding::new(&grid, &single, Outside::Keep).expect("finite");
     group.bench_function("f32", |b| {
         b.iter(|| bound.deform_into(black_box(&lattice), &mut single_out));
     });
@@ -141,7 +141,7 @@ fn update(c: &mut Criterion) {
     let grid = grid(CELLS);
     let mut lattice = displaced(grid.clone());
     let points = cloud();
-    let mut bound = Embedding::<f64, 3>::new(&grid, &points, Outside::Keep).expect("finite");
+    let mut bound = Embedding::new(&grid, &points, Outside::Keep).expect("finite");
     let mut out = points.clone();
     bound.deform_into(&lattice, &mut out).expect("bound to it");
     let middle = grid.control_point([5; 3]);
@@ -198,7 +198,7 @@ fn direct_manipulation(c: &mut Criterion) {
     let frame = Frame::of_box([-1.1, -1.1, -0.1], [1.1, 1.1, 0.6], [8; 3]).expect("a box");
     let grid = Grid::new([Degree::CUBIC; 3], [8; 3], frame).expect("a small lattice");
     let grid = grid.with_border(Border::Identity).expect("uniform knots");
-    let bound = Embedding::<f64, 3>::new(&grid, &vertices, Outside::Keep).expect("finite");
+    let bound = Embedding::new(&grid, &vertices, Outside::Keep).expect("finite");
     let pull = [Constraint::new([0.0, 0.0, 0.5], [0.0, 0.1, 0.3])];
     let mut lattice = Lattice::at_rest(grid).expect("a small lattice");
     let rest = lattice.displacements().to_vec();
@@ -212,7 +212,7 @@ fn direct_manipulation(c: &mut Criterion) {
                 .pull(black_box(&pull), &PullOptions::default())
                 .expect("one constraint");
             out.copy_from_slice(&vertices);
-            lattice.deform_points::<f64, _>(&mut out, Outside::Keep)
+            lattice.deform_points(&mut out, Outside::Keep)
         });
     });
     group.bench_function("2113 vertices, bound", |b| {

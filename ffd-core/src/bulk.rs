@@ -16,7 +16,7 @@ impl<const D: usize> Lattice<D> {
     /// Deforms points in place and returns how many lie outside the domain.
     ///
     /// `points` may be of any vector type that converts to and from `[S; D]`, with `S`
-    /// either `f64` or `f32`; the computation is in `f64` throughout, and `f64` results
+    /// either `f64` or `f32`, which the compiler finds by itself; the computation is in `f64` throughout, and `f64` results
     /// are equal to those of [`Lattice::deform_point_with`] to the last bit. Nothing is
     /// allocated. To deform the same points again and again, bind them to the grid with
     /// an [`Embedding`](crate::Embedding).
@@ -39,7 +39,7 @@ impl<const D: usize> Lattice<D> {
     /// let displacements = vec![[0.0, 0.5, 0.0]; grid.control_point_count()];
     /// let lattice = Lattice::new(grid, displacements)?;
     /// let mut mesh = [Vec3::ONE, Vec3::new(9.0, 1.0, 1.0)];
-    /// let outside = lattice.deform_points::<f32, _>(&mut mesh, Outside::Keep)?;
+    /// let outside = lattice.deform_points(&mut mesh, Outside::Keep)?;
     /// assert_eq!(mesh, [Vec3::new(1.0, 1.5, 1.0), Vec3::new(9.0, 1.0, 1.0)]);
     /// assert_eq!(outside, 1);
     /// # Ok::<(), ffd_core::FfdError>(())

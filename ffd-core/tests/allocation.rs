@@ -46,12 +46,8 @@ fn deforming_a_bound_mesh_allocates_nothing() {
             bound
                 .deform_with_normals_into(&lattice, &points, &mut out, &mut normals)
                 .unwrap();
-            lattice
-                .deform_points::<f64, _>(&mut out, Outside::Keep)
-                .unwrap();
-            lattice
-                .deform_points::<f32, _>(&mut single, Outside::Clamp)
-                .unwrap();
+            lattice.deform_points(&mut out, Outside::Keep).unwrap();
+            lattice.deform_points(&mut single, Outside::Clamp).unwrap();
             out[0] = lattice.deform_point(points[0]);
         });
         assert_eq!(count, 0);

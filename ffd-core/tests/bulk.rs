@@ -36,9 +36,7 @@ fn check_values<const D: usize>(
         prop_assert_eq!(&images, &expected);
 
         let mut images = points.clone();
-        let beyond = lattice
-            .deform_points::<f64, _>(&mut images, outside)
-            .unwrap();
+        let beyond = lattice.deform_points(&mut images, outside).unwrap();
         prop_assert_eq!(&images, &expected);
         let out: Vec<usize> = (0..points.len())
             .filter(|&i| !grid.contains(points[i]))
@@ -286,9 +284,7 @@ fn many_points_equal_single_ones_whatever_the_number_of_threads() {
     bound.deform_into(&lattice, &mut images).unwrap();
     assert!(images == expected);
     let mut in_place = points.clone();
-    lattice
-        .deform_points::<f64, _>(&mut in_place, Outside::Keep)
-        .unwrap();
+    lattice.deform_points(&mut in_place, Outside::Keep).unwrap();
     assert!(in_place == expected);
     #[cfg(feature = "rayon")]
     for threads in [1, 3] {
@@ -301,7 +297,7 @@ fn many_points_equal_single_ones_whatever_the_number_of_threads() {
         pool.install(|| {
             bound.par_deform_into(&lattice, &mut images).unwrap();
             let outside = lattice
-                .par_deform_points::<f64, _>(&mut in_place, Outside::Keep)
+                .par_deform_points(&mut in_place, Outside::Keep)
                 .unwrap();
             assert_eq!(outside, bound.outside().len());
         });
@@ -339,19 +335,13 @@ fn vectors_of_the_caller_are_accepted() {
     let grid = Grid::new([Degree::CUBIC; 3], [2; 3], Frame::unit()).unwrap();
     let lattice = Lattice::new(grid.clone(), vec![[0.0, 0.5, 0.0]; 125]).unwrap();
     let mut single = [Vec3::ONE];
-    lattice
-        .deform_points::<f32, _>(&mut single, Outside::Keep)
-        .unwrap();
+    lattice.deform_points(&mut single, Outside::Keep).unwrap();
     assert_eq!(single, [Vec3::new(1.0, 1.5, 1.0)]);
     let mut arrays = [[1.0_f32; 3]];
-    lattice
-        .deform_points::<f32, _>(&mut arrays, Outside::Keep)
-        .unwrap();
+    lattice.deform_points(&mut arrays, Outside::Keep).unwrap();
     assert_eq!(arrays, [[1.0, 1.5, 1.0]]);
     let mut nalgebra = [nalgebra::Point3::new(1.0, 1.0, 1.0)];
-    lattice
-        .deform_points::<f64, _>(&mut nalgebra, Outside::Keep)
-        .unwrap();
+    lattice.deform_points(&mut nalgebra, Outside::Keep).unwrap();
     assert_eq!(nalgebra, [nalgebra::Point3::new(1.0, 1.5, 1.0)]);
     let mut mint = [mint::Vector3::from([1.0_f64; 3])];
     let bound = Embedding::<f64, 3>::new(&grid, &mint, Outside::Error).unwrap();
@@ -361,9 +351,7 @@ fn vectors_of_the_caller_are_accepted() {
     let grid = Grid::new([Degree::CUBIC; 2], [2; 2], Frame::unit()).unwrap();
     let lattice = Lattice::new(grid, vec![[0.5, 0.0]; 25]).unwrap();
     let mut plane = [DVec2::ONE];
-    lattice
-        .deform_points::<f64, _>(&mut plane, Outside::Keep)
-        .unwrap();
+    lattice.deform_points(&mut plane, Outside::Keep).unwrap();
     assert_eq!(plane, [DVec2::new(1.5, 1.0)]);
 }
 
@@ -406,9 +394,7 @@ fn nothing_is_deformed_if_something_is_wrong() {
     points[1][2] = f64::NAN;
     let bad = points;
     for outside in [Outside::Keep, Outside::Clamp, Outside::Error] {
-        let error = lattice
-            .deform_points::<f64, _>(&mut points, outside)
-            .unwrap_err();
+        let error = lattice.deform_points(&mut points, outside).unwrap_err();
         assert!(matches!(
             error,
             FfdError::NonFinitePoint {
@@ -426,7 +412,7 @@ fn nothing_is_deformed_if_something_is_wrong() {
     };
     let mut points = good;
     assert_eq!(
-        lattice.deform_points::<f64, _>(&mut points, Outside::Error),
+        lattice.deform_points(&mut points, Outside::Error),
         Err(outside.clone())
     );
     assert_eq!(points, good);
@@ -438,7 +424,7 @@ fn nothing_is_deformed_if_something_is_wrong() {
     );
     #[cfg(feature = "rayon")]
     assert_eq!(
-        lattice.par_deform_points::<f64, _>(&mut points, Outside::Error),
+        lattice.par_deform_points(&mut points, Outside::Error),
         Err(outside)
     );
 
@@ -595,9 +581,7 @@ fn fine_grids_are_bound_in_larger_batches() {
     let mut images = points.clone();
     bound.deform_into(&lattice, &mut images).unwrap();
     let mut expected = points;
-    lattice
-        .deform_points::<f64, _>(&mut expected, Outside::Keep)
-        .unwrap();
+    lattice.deform_points(&mut expected, Outside::Keep).unwrap();
     assert!(images == expected);
 }
 
@@ -617,7 +601,7 @@ fn points_too_far_to_be_clamped_are_named() {
         Err(error.clone())
     );
     assert_eq!(
-        lattice.deform_points::<f64, _>(&mut [far], Outside::Clamp),
+        lattice.deform_points(&mut [far], Outside::Clamp),
         Err(error.clone())
     );
     assert_eq!(

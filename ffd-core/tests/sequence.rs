@@ -227,9 +227,6 @@ fn points_go_through_a_sequence_together() {
     let sequence = Sequence::new(vec![shift.clone(), shift]);
     let mut points = [[0.25, 1.0], [1.75, 1.0], [9.0, 9.0]];
     let expected = points.map(|x| sequence.deform_point(x));
-    assert_eq!(
-        sequence.deform_points::<f64, _>(&mut points),
-        Ok(vec![1, 2])
-    );
+    assert_eq!(sequence.deform_points(&mut points), Ok(vec![1, 2]));
     assert_eq!(points, expected);
 }

@@ -37,7 +37,7 @@ use run::touch;
 ///
 /// let grid = Grid::new([Degree::CUBIC; 3], [4, 4, 4], Frame::unit())?;
 /// let mesh = [DVec3::new(2.0, 2.0, 2.0), DVec3::new(9.0, 9.0, 9.0)];
-/// let bound = Embedding::<f64, 3>::new(&grid, &mesh, Outside::Keep)?;
+/// let bound = Embedding::new(&grid, &mesh, Outside::Keep)?;
 /// assert_eq!(bound.outside().collect::<Vec<_>>(), [1]);
 ///
 /// let mut lattice = Lattice::at_rest(grid)?;
