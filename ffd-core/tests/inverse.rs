@@ -533,3 +533,60 @@ fn many_points_are_undone_in_the_type_of_the_caller() {
         assert!(point.distance(glam::DVec3::new(x, 1.5, 1.0)) <= 64.0 * f64::EPSILON * 9.0);
     }
 }
+
+proptest! {
+    /// In a frame whose axes are nearly parallel, both bounds hold with its condition
+    /// number, and nothing is wrongly denied.
+    #[test]
+    fn nearly_parallel_axes_cost_no_more_than_their_condition(
+        angle in 0.0..6.0_f64,
+        along in 0.5..2.0_f64,
+        across in prop_oneof![1e-4..1e-2_f64, -0.1..-1e-3_f64],
+        degree in each(2_usize..=4),
+        // Half a cell along each axis in all: a contraction, and more so in the middle.
+        displacements in proptest::collection::vec(each::<2, _>(-0.2..0.2_f64), 49),
+        fractions in each(0.01..0.99_f64),
+    ) {
+        let (s, c) = angle.sin_cos();
+        let axes = [[c, s], [along * c - across * s, along * s + across * c]];
+        let frame = Frame::new([0.5, -0.25], axes).unwrap();
+        let grid = Grid::new(degree.map(|n| Degree::new(n).unwrap()), [3, 3], frame).unwrap();
+        let to_world = |d: [f64; 2]| [0, 1].map(|c| d[0] * axes[0][c] + d[1] * axes[1][c]);
+        let count = grid.control_point_count();
+        let displacements = displacements[..count].iter().map(|&d| to_world(d)).collect();
+        let lattice = Lattice::new(grid, displacements).unwrap();
+
+        // Row sums of |A⁻¹| |A|.
+        let inverse = lattice.grid().frame().inverse();
+        let condition = [0, 1].map(|r| -> f64 {
+            let entry = |c: usize| -> f64 {
+                (0..2).map(|k| (inverse[r][k] * axes[c][k]).abs()).sum()
+            };
+            entry(0) + entry(1)
+        });
+        let condition = condition[0].max(condition[1]);
+
+        let x = at(lattice.grid(), fractions);
+        let q = lattice.deform_point(x);
+        let inverse = Inverse::new(&lattice);
+        let unit = f64::EPSILON * inverse.size();
+        match inverse.point(q) {
+            Ok(preimage) => {
+                let y = preimage.point().expect("it has one");
+                let residual = distance(lattice.deform_point(y), q);
+                prop_assert!(residual <= 16.0 * condition * unit, "{residual} {condition}");
+                let there = lattice.evaluate(x).expect("inside");
+                let steepness = norm_of_inverse(&there.jacobian).max(1.0);
+                let error = distance(y, x);
+                prop_assert!(error <= 64.0 * condition * unit * steepness, "{error} {condition}");
+            }
+            Err(InverseError::Unresolved { nearest, .. }) => {
+                // Rounding hides the answer, but not where it is.
+                let nearest = [nearest[0], nearest[1]];
+                let residual = distance(lattice.deform_point(nearest), q);
+                prop_assert!(residual <= 64.0 * condition * unit, "{residual} {condition}");
+            }
+            Err(error) => return Err(TestCaseError::fail(error.to_string())),
+        }
+    }
+}
