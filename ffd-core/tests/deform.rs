@@ -507,6 +507,12 @@ fn refinement_beyond_memory_is_refused() {
         lattice.refine([1 << 50, 1, 1]),
         Err(FfdError::TooManyControlPoints { .. })
     ));
+    // The grid alone takes no memory.
+    let huge = Grid::new([Degree::CUBIC; 3], [1 << 50, 1, 1], Frame::unit()).unwrap();
+    assert!(matches!(
+        Lattice::at_rest(huge),
+        Err(FfdError::TooManyControlPoints { .. })
+    ));
     let axis = ffd_core::Axis::new(Degree::CUBIC, usize::MAX, Knots::Clamped);
     assert!(matches!(axis, Err(FfdError::TooManyControlPoints { .. })));
 }

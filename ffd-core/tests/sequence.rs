@@ -230,3 +230,16 @@ fn points_go_through_a_sequence_together() {
     assert_eq!(sequence.deform_points(&mut points), Ok(vec![1, 2]));
     assert_eq!(points, expected);
 }
+
+#[test]
+fn a_point_moved_out_of_the_range_of_numbers_has_no_image() {
+    let frame = Frame::new([1e308, 0.0], [[1.0, 0.0], [0.0, 1.0]]).unwrap();
+    let grid = Grid::new([Degree::LINEAR; 2], [1, 1], frame).unwrap();
+    let away = Lattice::new(grid, vec![[f64::MAX, 0.0]; 4]).unwrap();
+    let sequence = Sequence::new(vec![away]);
+    assert_eq!(sequence.evaluate([1e308, 0.5]), None);
+    let near = sequence
+        .evaluate([1.0, 0.5])
+        .expect("outside, where nothing moves");
+    assert_eq!(near.position, [1.0, 0.5]);
+}

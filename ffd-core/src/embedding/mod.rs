@@ -27,7 +27,9 @@ use run::touch;
 /// displacement, each coordinate is off by at most `2⁻²⁴ (|x'| + (22 n + 5) d)`: in units
 /// of 2⁻²⁴ d, 3 n from the rounded position (slopes add up to 2 n along each axis), 5 n
 /// for the basis functions along each of three axes, n + 1 for each sum, and one for the
-/// rounded displacements.
+/// rounded displacements. That is as long as no number leaves the range of `f32`: a
+/// displacement above 3e38, or a cell narrower than 3e-39, gives infinity or NaN, and below
+/// 1e-38 digits are lost.
 ///
 /// # Example
 ///

@@ -90,7 +90,7 @@ pub(crate) fn deform(
         if normals.is_empty() {
             bound.par_deform_into(lattice, &mut positions)
         } else {
-            bound.deform_with_jacobians_into(lattice, &mut positions, &mut jacobians)
+            bound.par_deform_with_jacobians_into(lattice, &mut positions, &mut jacobians)
         }
         .map_err(at_lattice)?;
         for (normal, VertexNormal { vertex, .. }) in normals.iter_mut().zip(vertex_normals) {
