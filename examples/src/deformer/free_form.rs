@@ -54,12 +54,6 @@ impl FreeForm {
         })
     }
 
-    /// The lattice as it stands.
-    #[must_use]
-    pub fn lattice(&self) -> &Lattice<3> {
-        &self.lattice
-    }
-
     pub(super) fn rest(&self) -> &TetMesh {
         &self.rest
     }
