@@ -5,7 +5,7 @@ use fearless_simd::Level;
 use crate::{Border, Degree, Embedding, Frame, Grid, Knots, Lattice, Outside, Scalar};
 
 /// Every level that this machine can run.
-fn levels() -> Vec<Level> {
+pub(crate) fn levels() -> Vec<Level> {
     let mut levels = vec![Level::new(), Level::baseline()];
     #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
     {

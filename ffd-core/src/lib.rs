@@ -18,6 +18,7 @@
 //! | take normals and tangents along | [`Embedding::deform_with_normals_into`], [`transform_normal`], [`transform_tangent`] |
 //! | apply several deformations | [`Sequence`] |
 //! | go back | [`Lattice::inverse_point`], [`Inverse`], [`Sequence::undo_points`] |
+//! | find out whether it folds | [`Lattice::check`]; [`Checker`] in every frame |
 //! | cut cells without changing anything | [`Lattice::refine`] |
 //! | store | features `serde`: see [Files](#files) |
 //!
@@ -49,13 +50,56 @@
 //! with `serde_json`, enable its feature `float_roundtrip`, or the last digit of some
 //! numbers is lost.
 //!
+//! # Does it fold?
+//!
+//! [`Lattice::check`] judges the map `F(x) = x + Σ Bᵢ(A⁻¹(x − o)) dᵢ` on its closed domain,
+//! with the stored numbers taken as exact real numbers. A map is *regular* if the determinant
+//! of `J = ∂F/∂x` is positive everywhere on the closed domain. The [outcome](Outcome) is
+//!
+//! | word | proven is |
+//! |---|---|
+//! | `injective` | regular, and one-to-one on the domain by a [`Theorem`] |
+//! | `locally_injective` | regular, but no theorem that was tried excludes that distant points have the same image |
+//! | `not_injective` | `det J` has both signs, or two points have the same image: [`Evidence`] |
+//! | `degenerate` | `det J` is exactly zero somewhere, and of the same sign elsewhere |
+//! | `reversed` | `det J < 0` on the closed domain |
+//! | `undecided` | nothing; [`Undecided`] tells where the [`Budget`] was spent |
+//!
+//! Regular is less than one-to-one: a strip that is bent round further than to a ring is
+//! regular and lies on itself. Theorem 1 of \[GD01\] overlooks that unless the border of
+//! the lattice is fixed. With an [identity border](Border::Identity) regular maps are
+//! one-to-one, on all of space, and so are compositions of them.
+//!
+//! Along an axis of degree 1, J jumps between cells; regular then means that `det J > 0` on
+//! each closed cell, with the Jacobian of that cell, which makes the map a local
+//! homeomorphism as well.
+//!
+//! ```
+//! use ffd_core::{CheckOptions, Degree, Frame, Grid, Lattice, Outcome};
+//!
+//! let grid = Grid::new([Degree::CUBIC; 2], [3, 3], Frame::unit())?;
+//! let mut lattice = Lattice::at_rest(grid)?;
+//! lattice.set_displacement(14, [0.3, 0.1])?;
+//! let options = CheckOptions { enclose: Some(1e-3), ..CheckOptions::default() };
+//! let verdict = lattice.check(&options);
+//! assert!(verdict.is_injective());
+//! let [low, high] = verdict.min_det;
+//! assert!(0.0 < low && high < 1.0 && high - low <= 1e-3);
+//!
+//! lattice.set_displacement(14, [3.0, 0.0])?;
+//! let folded = lattice.check(&options);
+//! assert!(matches!(folded.outcome, Outcome::NotInjective(_)));
+//! # Ok::<(), ffd_core::FfdError>(())
+//! ```
+//!
 //! # Limits
 //!
-//! A deformation with large displacements can fold; `det J > 0` at some points, from
-//! [`Lattice::evaluate`], does not prove the contrary. With a [free](Border::Free) border,
-//! points outside stay where they are and space is torn along the box; with an
+//! `det J > 0` at some points, from [`Lattice::evaluate`], does not prove that a deformation
+//! does not fold; [`Lattice::check`] does. With a [free](Border::Free) border, points outside
+//! stay where they are and space is torn along the box; with an
 //! [identity](Border::Identity) border it is not. Only vertices are deformed: straight
-//! edges between them stay straight.
+//! edges between them stay straight, so a coarse mesh can intersect itself although the
+//! deformation is one-to-one.
 //!
 //! # Example
 //!
@@ -93,6 +137,7 @@ mod evaluate;
 mod form;
 mod frame;
 mod grid;
+mod injectivity;
 mod inverse;
 mod kernel;
 mod lattice;
@@ -112,6 +157,10 @@ pub use error::FfdError;
 pub use evaluate::{Evaluation, Outside};
 pub use frame::Frame;
 pub use grid::{Border, Grid};
+pub use injectivity::{
+    Budget, CheckOptions, Checker, ConicHull, Effort, Evidence, Map, Method, Outcome, Place,
+    Theorem, Undecided, Verdict,
+};
 pub use inverse::{Inverse, InverseError, Preimage, UndoReport};
 pub use lattice::Lattice;
 pub use scalar::Scalar;

@@ -196,7 +196,7 @@ impl Axis {
     }
 
     /// A cell of a kind.
-    fn cell_of_kind(&self, kind: usize) -> usize {
+    pub(crate) fn cell_of_kind(&self, kind: usize) -> usize {
         if kind <= self.near_an_end() {
             kind
         } else {
