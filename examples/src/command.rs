@@ -21,10 +21,11 @@ const LONGEST: usize = 500;
 /// What a program has to say when it has done its work.
 #[derive(Debug)]
 pub struct Answer {
-    /// Goes to standard output.
-    json: String,
+    /// Goes to standard output, unless it is there already.
+    json: Option<String>,
     /// Go to standard error, a line each.
     notes: Vec<String>,
+    complete: bool,
 }
 
 impl Answer {
@@ -34,8 +35,23 @@ impl Answer {
     ///
     /// Those of the data.
     pub fn new(json: &impl Serialize, notes: Vec<String>) -> serde_json::Result<Self> {
-        let json = serde_json::to_string(json)?;
-        Ok(Self { json, notes })
+        Ok(Self {
+            json: Some(serde_json::to_string(json)?),
+            notes,
+            complete: true,
+        })
+    }
+
+    /// For a program that has printed its answers one by one, with [`print_line`], and
+    /// its errors with [`print_error`]. If not all questions had an answer, the program
+    /// exits with 2.
+    #[must_use]
+    pub fn printed(complete: bool) -> Self {
+        Self {
+            json: None,
+            notes: Vec::new(),
+            complete,
+        }
     }
 }
 
@@ -59,15 +75,34 @@ pub fn run<C: clap::Parser>(
         for note in &answer.notes {
             eprintln!("note: {}", on_one_line(note));
         }
-        Ok(print(&answer.json)?)
+        if let Some(json) = &answer.json {
+            print(json)?;
+        }
+        Ok(answer.complete)
     });
     match reported {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::from(2),
         Err(error) => {
-            eprintln!("error: {}", on_one_line(&error.to_string()));
+            print_error(error.as_ref());
             ExitCode::from(2)
         }
     }
+}
+
+/// Prints one of several answers to standard output at once, as a line of JSON. Returns
+/// whether anybody still reads.
+///
+/// # Errors
+///
+/// Those of the data and of standard output.
+pub fn print_line(json: &impl Serialize) -> io::Result<bool> {
+    print(&serde_json::to_string(json)?)
+}
+
+/// Prints a line to standard error: what is wrong with one of several questions.
+pub fn print_error(error: &dyn std::error::Error) {
+    eprintln!("error: {}", on_one_line(&error.to_string()));
 }
 
 /// Reads a file that is not too large.
@@ -92,12 +127,12 @@ fn read_at_most(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-fn print(text: &str) -> io::Result<()> {
+fn print(text: &str) -> io::Result<bool> {
     let mut out = io::stdout().lock();
     match writeln!(out, "{text}").and_then(|()| out.flush()) {
         // Whoever reads has seen enough, as in `ffd eval … | head`.
-        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
-        written => written,
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(false),
+        written => written.map(|()| true),
     }
 }
 

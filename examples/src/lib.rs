@@ -38,3 +38,8 @@ pub mod soft_body;
 pub mod touch;
 pub mod vtu;
 pub mod warp;
+
+/// Compiles and runs the examples of the guide.
+#[cfg(doctest)]
+#[doc = include_str!("../../docs/src/injectivity.md")]
+struct Guide;

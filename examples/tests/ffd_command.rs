@@ -627,6 +627,7 @@ fn help_has_examples() {
         &["undo", "--help"],
         &["pull", "--help"],
         &["eval", "--help"],
+        &["check", "--help"],
     ] {
         let output = ffd(command);
         assert_eq!(output.status.code(), Some(0));

@@ -31,6 +31,15 @@ fn refused(arguments: &[&str]) -> String {
     message
 }
 
+/// The least value that was seen is not below the interval, which is narrow.
+fn assert_least_is_enclosed(summary: &Value) {
+    let number = |value: &Value| value.as_f64().expect("a number");
+    let [low, high] = [0, 1].map(|end| number(&summary["min_det"][end]));
+    assert!(low <= high && high - low <= 1e-3, "{summary}");
+    let seen = number(&summary["det"]["min"]);
+    assert!(seen >= low - 1e-12 && seen <= high + 0.1, "{summary}");
+}
+
 #[test]
 fn a_picture_is_warped() {
     let folder = std::env::temp_dir().join(format!("warp-command-{}", std::process::id()));
@@ -42,6 +51,12 @@ fn a_picture_is_warped() {
     let det = |summary: &Value, end: &str| summary["det"][end].as_f64().expect("a number");
     assert!(det(&summary, "min") > 0.0 && det(&summary, "max") > 1.0);
     assert_eq!(summary["folded"], 0.0);
+    assert_eq!(summary["verdict"], "injective");
+    assert_eq!(summary["theorem"], "identity_border");
+    assert_eq!(summary["witness"], Value::Null);
+    assert_eq!(summary["live"]["steps"], 25);
+    assert_eq!(summary["live"]["irregular_from"], Value::Null);
+    assert_least_is_enclosed(&summary);
     answered(&["-o", &again]);
     let bytes = fs::read(&face).expect("written");
     assert_eq!(bytes, fs::read(&again).expect("written"), "deterministic");
@@ -53,9 +68,24 @@ fn a_picture_is_warped() {
         message.contains("face.png: there is such a file already"),
         "{message}"
     );
-    let summary = answered(&["-o", &face, "--force", "--drag", "480,180:-300,-20"]);
+    let drag = ["--drag", "480,180:-300,-20", "--steps", "10"];
+    let summary = answered(&[&["-o", &face, "--force"], &drag[..]].concat());
     assert!(det(&summary, "min") < 0.0);
     assert!(summary["folded"].as_f64().expect("a number") > 0.0);
+    assert_eq!(summary["verdict"], "not_injective");
+    assert_eq!(summary["theorem"], Value::Null);
+    assert_eq!(summary["witness"].as_array().map(Vec::len), Some(2));
+    assert!(
+        summary["irregular_cells"]
+            .as_array()
+            .is_some_and(|cells| !cells.is_empty())
+    );
+    let live = &summary["live"];
+    assert_eq!(live["steps"], 10);
+    let from = live["irregular_from"].as_f64().expect("a number");
+    assert!(from > 0.0 && from < 1.0);
+    assert!(live["worst_micros"].as_f64() >= live["median_micros"].as_f64());
+    assert_least_is_enclosed(&summary);
 
     // Its own output is a picture, too: wider than high, with other cells.
     let summary = answered(&[
@@ -75,7 +105,7 @@ fn a_picture_is_warped() {
     let broken = path("broken.png");
     fs::write(&broken, &bytes[..1000]).expect("writable");
     let out = path("out.png");
-    let cases: [(&[&str], &str); 8] = [
+    let cases: [(&[&str], &str); 9] = [
         (
             &["--image", "none.png", "--drag", "1,1:0,0"],
             "none.png: No such file",
@@ -96,6 +126,7 @@ fn a_picture_is_warped() {
             "contradict each other",
         ),
         (&["--cells", "6"], "from 7 to 200"),
+        (&["--steps", "0"], "1..=10000"),
     ];
     for (arguments, expected) in cases {
         let message = refused(&[&["-o", &out], arguments].concat());

@@ -2,8 +2,10 @@
 //!
 //! * [`portrait`] draws the picture that is warped unless there is another.
 //! * [`lattice_at_rest`] lays a lattice over a picture, [`Drag`]s are what moves it.
+//! * [`Watch`] tests in every frame whether the lattice folds.
 //! * [`Panels::new`] shows what a lattice does: the picture before and after, and the
-//!   determinant of the Jacobian. [`Panels::sheet`] puts them side by side.
+//!   determinant of the Jacobian with the verdict. [`Panels::sheet`] puts them side by
+//!   side.
 //!
 //! # Conventions
 //!
@@ -20,6 +22,7 @@ mod ink;
 mod panels;
 mod portrait;
 mod sheet;
+mod watch;
 
 use ffd_core::{Border, Degree, FfdError, Frame, Grid, Lattice};
 
@@ -28,6 +31,7 @@ use crate::raster::Image;
 pub use determinant::{DeterminantField, Range};
 pub use panels::Panels;
 pub use portrait::{PORTRAIT_SIZE, portrait, portrait_drags};
+pub use watch::Watch;
 
 /// Cells of an identity border on each side.
 const BORDER: usize = 3;

@@ -1,6 +1,6 @@
 //! What a lattice does to a picture, in three panels.
 
-use ffd_core::{Grid, Lattice};
+use ffd_core::{Grid, Lattice, Verdict};
 
 use super::{
     Drag,
@@ -19,23 +19,25 @@ const WHITE: [f32; 3] = [1.0; 3];
 const INK: [f32; 3] = rgb(0x16_1C_33);
 
 /// The picture with what is dragged, the warped picture with the lattice, and the
-/// determinant of the Jacobian.
+/// determinant of the Jacobian with the verdict.
 #[derive(Debug, Clone)]
 pub struct Panels {
     /// The source with an arrow for each drag, and a ring where a point is held.
     pub before: Image,
     /// The warped picture; each line is the border of two cells of the lattice.
     pub after: Image,
-    /// The determinant at each place of the source.
+    /// The determinant at each place of the source; cells proven to fold have an outline.
     pub determinant: Image,
     pub(super) field: DeterminantField,
+    pub(super) verdict: Verdict<2>,
 }
 
 impl Panels {
     /// Draws all panels. The lattice must lie over the picture, as
-    /// [`lattice_at_rest`](super::lattice_at_rest) lays it; `drags` are only drawn.
+    /// [`lattice_at_rest`](super::lattice_at_rest) lays it; `drags` and `verdict` are only
+    /// drawn.
     #[must_use]
-    pub fn new(source: &Image, lattice: &Lattice<2>, drags: &[Drag]) -> Self {
+    pub fn new(source: &Image, lattice: &Lattice<2>, drags: &[Drag], verdict: &Verdict<2>) -> Self {
         let longer = source.width.max(source.height) as f64;
         let scale = longer / LONGER_SIDE as f64;
         #[expect(
@@ -66,11 +68,18 @@ impl Panels {
         let mut determinant = field.to_image();
         let [lines] = self::net(lattice.grid(), |x| x, &determinant, scale, [1.0]);
         lines.paint(&mut determinant, INK, 0.13);
+        draw_cells(
+            &mut determinant,
+            lattice.grid(),
+            &verdict.irregular_cells,
+            scale,
+        );
         Self {
             before,
             after,
             determinant,
             field,
+            verdict: verdict.clone(),
         }
     }
 
@@ -113,6 +122,22 @@ fn net<const N: usize>(
         }
     }
     inks
+}
+
+/// Outlines of cells of the domain.
+fn draw_cells(image: &mut Image, grid: &Grid<2>, cells: &[[usize; 2]], scale: f64) {
+    let domain = grid.domain();
+    for (width, colour) in [(3.6, WHITE), (1.8, INK)] {
+        let mut ink = Ink::for_image(image);
+        for cell in cells {
+            let corners = [[0, 0], [1, 0], [1, 1], [0, 1], [0, 0]].map(|corner| {
+                let u = [0, 1].map(|axis| domain[axis][0] + (cell[axis] + corner[axis]) as f64);
+                grid.frame().to_world(u).map(|c| c / scale)
+            });
+            ink.polyline(&corners, width);
+        }
+        ink.paint(image, colour, 0.9);
+    }
 }
 
 fn draw_drags(image: &mut Image, drags: &[Drag], scale: f64) {

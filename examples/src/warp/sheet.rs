@@ -29,7 +29,7 @@ impl Panels {
         let column = width.max(COLUMN);
         let top = MARGIN + TITLE + 14;
         let below = top + height + 16;
-        let legend = BAR_HEIGHT + 8 + SMALL + 10 + SMALL;
+        let legend = BAR_HEIGHT + 8 + SMALL + 10 + SMALL + 7 + SMALL;
         let mut sheet = Image::filled(
             2 * MARGIN + 3 * column + 2 * GAP,
             below + legend + MARGIN,
@@ -119,13 +119,9 @@ impl Panels {
         let y = ticks_y + SMALL + 10;
         let text = format!("det J from {} to {}", short(range.min), short(range.max));
         write(sheet, x, y, &text, SMALL, INK);
-        let text = if range.folded > 0.0 {
-            format!("folded: {} %", short(100.0 * range.folded))
-        } else {
-            "no fold seen".to_owned()
-        };
-        let left = x + width - text_size(&text, SMALL)[0];
-        write(sheet, left, y, &text, SMALL, INK);
+        let word = self.verdict.outcome.name();
+        let left = x + width - text_size(word, SMALL)[0];
+        write(sheet, left, y, word, SMALL, INK);
         if range.folded > 0.0 {
             let mut swatch = Image::filled(22, SMALL - 1, PAPER);
             for (i, pixel) in swatch.rgb.iter_mut().enumerate() {
@@ -133,7 +129,41 @@ impl Panels {
             }
             sheet.paste(&swatch, left - 22 - 9, y);
         }
+
+        let y = y + SMALL + 7;
+        let [least, most] = self.verdict.min_det;
+        let text = format!(
+            "least in [{}, {}]",
+            bound(least, f64::floor),
+            bound(most, f64::ceil)
+        );
+        write(sheet, x, y, &text, SMALL, GREY);
+        let text = match (self.verdict.theorem(), self.verdict.irregular_cells.len()) {
+            (Some(theorem), _) => theorem.name().to_owned(),
+            (None, 0) => String::new(),
+            (None, 1) => "1 cell folds".to_owned(),
+            (None, count) => format!("{count} cells fold"),
+        };
+        let left = x + width - text_size(&text, SMALL)[0];
+        write(sheet, left, y, &text, SMALL, GREY);
     }
+}
+
+/// A bound with four digits that count, rounded away from what it bounds.
+fn bound(x: f64, round: impl Fn(f64) -> f64) -> String {
+    let digits: i32 = match x.abs() {
+        size if !(1e-3..1e4).contains(&size) => return short(x),
+        size if size >= 100.0 => 1,
+        size if size >= 10.0 => 2,
+        size if size >= 1.0 => 3,
+        _ => 4,
+    };
+    let unit = 10_f64.powi(digits);
+    format!(
+        "{:.*}",
+        digits.unsigned_abs() as usize,
+        round(x * unit) / unit
+    )
 }
 
 /// A number with three digits that count.

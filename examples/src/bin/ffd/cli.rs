@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use ffd_core::Outside;
+use ffd_core::{ConicHull, Method, Outside};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -11,14 +11,15 @@ Examples:
   ffd deform ball.obj --lattice pear.json -o pear.ply
   ffd undo pear.ply --lattice pear.json -o ball-again.obj
   ffd eval pear.json points.json
+  ffd check pear.json
 
 A lattice file is JSON, {\"degree\":[3,3,3],\"cells\":[2,2,2],\"origin\":[0,0,0],
 \"axes\":[[1,0,0],[0,1,0],[0,0,1]],\"displacements\":[[dx,dy,dz],…]}, or
 {\"sequence\":[lattice,…]}; the documentation has the details.
 
 Each command prints a summary as JSON to standard output, and notes to standard
-error. It exits with 0 if it did what it was asked, with 2 if the input is bad; then
-nothing is written.
+error; `check` prints a line of JSON for each lattice. It exits with 0 if it did what it
+was asked, with 2 if the input is bad; then no file is written.
 ";
 
 const DEFORM_EXAMPLES: &str = "\
@@ -62,6 +63,40 @@ their Jacobian is the identity. Lattices in two dimensions take and give [x,y] a
 numbers.
 ";
 
+const CHECK_EXAMPLES: &str = "\
+Examples:
+  ffd check pear.json
+  ffd check *.json --enclose 1e-6             and the minimum of det J, to a millionth
+  ffd check bend.json --method conic          a faster test that gives up more often
+
+Prints a line for each lattice, as soon as it is judged:
+
+  {\"file\":\"pear.json\",\"verdict\":\"injective\",\"theorem\":\"identity_border\",
+   \"min_det\":[0.52,0.61],\"witness\":null,\"conic\":false,\"micros\":412.5,\"index\":0,
+   \"method\":\"exact\",\"evidence\":null}                          (on one line)
+
+verdict   injective          det J > 0 on the closed domain, and one-to-one by `theorem`
+          locally_injective  det J > 0, but distant points may have the same image
+          not_injective      proven to fold
+          degenerate         det J is zero at the witness, and nowhere of the other sign
+          reversed           det J < 0 on the closed domain: a mirror image
+          undecided          none of these was proven
+min_det   an interval that contains the least det J; null for a bound not known
+witness   not_injective: two points, where det J is positive and where it is negative, or
+          two points with the same image; degenerate: one point; else null
+conic     whether the conic-hull test of each cell passes
+micros    microseconds that the test took, without reading
+index     which lattice of a sequence, from 0
+evidence  where exactly: cells of the domain and positions in them, from 0 to 1
+
+The lattices of a sequence are judged one by one. If all are injective by
+`identity_border`, so is the whole sequence; with other theorems only if each lattice
+takes its domain into that of the next.
+
+All files that can be read are judged. The exit code is 0 if these are all, whatever the
+verdicts; else 2.
+";
+
 /// Deforms meshes by lattices of control points (free-form deformation).
 ///
 /// Meshes are OBJ, PLY or STL files, told apart by their names.
@@ -86,6 +121,9 @@ pub(crate) enum Command {
     /// Prints images of points, Jacobians and their determinants
     #[command(after_help = EVAL_EXAMPLES)]
     Eval(Eval),
+    /// Finds out whether lattices fold, with proof
+    #[command(after_help = CHECK_EXAMPLES)]
+    Check(Check),
 }
 
 #[derive(Debug, Args)]
@@ -144,6 +182,22 @@ pub(crate) struct Eval {
 }
 
 #[derive(Debug, Args)]
+pub(crate) struct Check {
+    /// Lattices, or sequences of lattices, in the plane or in space
+    #[arg(value_name = "L.json", required = true)]
+    pub(crate) lattices: Vec<PathBuf>,
+    /// Enclose the least det J in an interval of at most this width
+    #[arg(long, value_name = "WIDTH", allow_hyphen_values = true, value_parser = parse_width)]
+    pub(crate) enclose: Option<f64>,
+    /// The test
+    #[arg(long, value_enum, default_value = "exact")]
+    pub(crate) method: MethodChoice,
+    /// Also list all cells that are not regular, as `irregular_cells`
+    #[arg(long)]
+    pub(crate) all_cells: bool,
+}
+
+#[derive(Debug, Args)]
 pub(crate) struct Output {
     /// Where the mesh goes; the ending says in which format
     #[arg(short = 'o', long = "output", value_name = "OUT")]
@@ -172,6 +226,62 @@ impl From<OutsideChoice> for Outside {
             OutsideChoice::Error => Self::Error,
         }
     }
+}
+
+/// [`Method`] as the user writes it.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(crate) enum MethodChoice {
+    /// Bernstein form of det J, subdivision, exact arithmetic: decides nearly everything
+    Exact,
+    /// The exact test of Gain and Dodgson, as printed: slow
+    Paper,
+    /// All determinants of partial differences are positive
+    Phi,
+    /// Cones around the partial differences of each cell
+    Conic,
+    /// The same cones for the whole lattice
+    ConicLattice,
+    /// Cones around the mean of the differences of each cell
+    ConicOffAxis,
+    /// Cones, and cells that fail are cut into halves, up to three times
+    ConicSubdivided,
+    /// No control point moves by more than the bound of Choi and Lee
+    ChoiLee,
+}
+
+/// How often [`MethodChoice::ConicSubdivided`] halves cells.
+const SUBDIVISIONS: u32 = 3;
+
+impl From<MethodChoice> for Method {
+    fn from(choice: MethodChoice) -> Self {
+        let hull = ConicHull::default();
+        match choice {
+            MethodChoice::Exact => Self::Exact,
+            MethodChoice::Paper => Self::Paper,
+            MethodChoice::Phi => Self::Phi,
+            MethodChoice::Conic => Self::Conic(hull),
+            MethodChoice::ConicLattice => Self::Conic(ConicHull {
+                one_for_all: true,
+                ..hull
+            }),
+            MethodChoice::ConicOffAxis => Self::Conic(ConicHull {
+                off_axis: true,
+                ..hull
+            }),
+            MethodChoice::ConicSubdivided => Self::Conic(ConicHull {
+                subdivisions: SUBDIVISIONS,
+                ..hull
+            }),
+            MethodChoice::ChoiLee => Self::ChoiLee,
+        }
+    }
+}
+
+fn parse_width(text: &str) -> Result<f64, String> {
+    let width = text.trim().parse().ok();
+    width
+        .filter(|width: &f64| width.is_finite() && *width >= 0.0)
+        .ok_or_else(|| "a finite number is needed that is not negative".to_owned())
 }
 
 fn parse_vector(text: &str) -> Result<[f64; 3], String> {
@@ -207,7 +317,7 @@ mod tests {
     }
 
     #[test]
-    fn vectors_are_three_finite_numbers() {
+    fn numbers_are_checked() {
         assert_eq!(parse_vector("-0.1,0, 2e-3"), Ok([-0.1, 0.0, 2e-3]));
         for bad in [
             "",
@@ -224,6 +334,12 @@ mod tests {
         assert_eq!(parse_cells("1,2,128"), Ok([1, 2, 128]));
         for bad in ["0,1,1", "1,1", "129,1,1", "-1,1,1", "1.5,1,1"] {
             assert!(parse_cells(bad).is_err(), "{bad}");
+        }
+        for good in ["0", "1e-6", "2"] {
+            assert!(parse_width(good).is_ok(), "{good}");
+        }
+        for bad in ["", "-1e-9", "NaN", "inf", "x"] {
+            assert!(parse_width(bad).is_err(), "{bad}");
         }
     }
 }

@@ -1,6 +1,8 @@
 //! Free-form deformation for those who do not write programs: deforms mesh files by
-//! lattice files, undoes that, drags points, and evaluates lattices.
+//! lattice files, undoes that, drags points, evaluates lattices, and finds out whether they
+//! fold.
 
+mod check;
 mod cli;
 mod deform;
 mod eval;
@@ -21,5 +23,6 @@ fn main() -> ExitCode {
         Command::Undo(arguments) => undo::run(arguments),
         Command::Pull(arguments) => pull::run(arguments),
         Command::Eval(arguments) => eval::run(arguments),
+        Command::Check(arguments) => check::run(arguments),
     })
 }

@@ -1,4 +1,5 @@
-//! Warps a picture by dragging points of it, and shows where space is stretched.
+//! Warps a picture by dragging points of it, and shows where space is stretched and whether
+//! it folds.
 
 use std::{path::PathBuf, process::ExitCode};
 
@@ -7,9 +8,9 @@ use examples::{
     command::{self, Answer},
     output::write_new_file,
     raster::Image,
-    warp::{self, Drag, FEWEST_CELLS, Panels},
+    warp::{self, Drag, FEWEST_CELLS, Panels, Watch},
 };
-use ffd_core::{Constraint, DirectError, PullOptions};
+use ffd_core::{Constraint, DirectError, Evidence, Outcome, PullOptions};
 use serde_json::json;
 
 const EXAMPLES: &str = "\
@@ -22,10 +23,15 @@ Examples:
 Positions are pixels, x to the right and y down; the face has 960 by 960. The edges of
 the picture stay where they are. Written is a PNG of three panels: what is dragged, the
 warped picture with the lattice, and the determinant of the Jacobian, with stripes where
-the picture is folded. The range of the determinant is printed as JSON, as found by
-computing it four times a pixel of the panel.
+the picture is folded, and outlines around cells that are proven to fold.
 
-Exits with 0 if the picture was written, with 2 if the input is bad.
+The warp grows in steps, as if the mouse were dragged, and each step is tested. Printed as
+JSON: the verdict on the last, in the words of `ffd check`, with an interval for the least
+determinant; how far the warp had come when it began to fold, and how long the tests took
+(`live`); and the range of the determinant as found by computing it four times a pixel of
+the panel (`det`, `folded`), which proves nothing.
+
+Exits with 0 if the picture was written, whatever the verdict, with 2 if the input is bad.
 ";
 
 /// More cells than this a side are finer than the pixels of a panel.
@@ -49,6 +55,10 @@ struct Cli {
     /// Cells of the lattice along the longer side, 7 to 200: many make a local warp
     #[arg(long, value_name = "N", default_value = "14", value_parser = parse_cells)]
     cells: usize,
+
+    /// In how many steps the warp grows, 1 to 10000
+    #[arg(long, value_name = "N", default_value = "25", value_parser = clap::value_parser!(u16).range(1..=10_000))]
+    steps: u16,
 
     /// Where the PNG goes
     #[arg(short = 'o', long = "output", value_name = "OUT")]
@@ -117,21 +127,51 @@ fn run(cli: &Cli) -> Result<Answer, Error> {
     let pull = lattice
         .pull(&constraints, &PullOptions::default())
         .map_err(|error| describe(&error, &drags))?;
-    let panels = Panels::new(&picture, &lattice, &drags);
+    let watch = Watch::new(&lattice, cli.steps.into())?;
+    let verdict = &watch.verdict;
+    let panels = Panels::new(&picture, &lattice, &drags, verdict);
     let mut png = Vec::new();
     panels.sheet().write_png(&mut png)?;
     write_new_file(&cli.output, &png, cli.force)?;
 
     let range = panels.range();
     let mut notes = Vec::new();
-    if range.folded > 0.0 {
-        notes.push("the warp folds the picture; drag less far or with fewer cells".to_owned());
+    if !verdict.is_regular() {
+        let part = 100.0 * watch.irregular_from.unwrap_or(1.0);
+        let what = match verdict.outcome {
+            Outcome::Undecided(_) => "it is undecided whether the warp folds the picture,",
+            Outcome::Degenerate { .. } => "the warp squeezes the picture flat at a point,",
+            _ => "the warp folds the picture,",
+        };
+        notes.push(format!(
+            "{what} from {part:.0} % of the way on; drag less far or with fewer cells"
+        ));
     }
+    let witness = match verdict.outcome {
+        Outcome::NotInjective(Evidence::BothSigns { positive, negative }) => {
+            Some(vec![positive.world, negative.world])
+        }
+        Outcome::Degenerate { zero, .. } => Some(vec![zero.world]),
+        _ => None,
+    };
+    let mut micros: Vec<_> = watch.times.iter().map(|t| t.as_secs_f64() * 1e6).collect();
+    micros.sort_by(f64::total_cmp);
     let summary = json!({
         "picture": [picture.width, picture.height],
         "cells": lattice.grid().cells(),
         "drags": drags.len(),
         "largest_residual": pull.largest_residual,
+        "verdict": verdict.outcome.name(),
+        "theorem": verdict.theorem().map(|theorem| theorem.name()),
+        "min_det": verdict.min_det,
+        "witness": witness,
+        "irregular_cells": verdict.irregular_cells,
+        "live": {
+            "steps": micros.len(),
+            "irregular_from": watch.irregular_from,
+            "median_micros": micros[micros.len() / 2],
+            "worst_micros": micros.last(),
+        },
         "det": { "min": range.min, "max": range.max },
         "folded": range.folded,
     });

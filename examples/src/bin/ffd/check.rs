@@ -1,0 +1,166 @@
+//! `ffd check`: whether lattices fold.
+
+use std::{io, path::Path, time::Instant};
+
+use clap::ValueEnum as _;
+use examples::command::{print_error, print_line};
+use ffd_core::{
+    CheckOptions, ConicHull, Evidence, Lattice, Method, Outcome, Place, Sequence, Undecided,
+    Verdict,
+};
+use serde::Serialize;
+use serde_json::{Value, json};
+
+use crate::{
+    Answer, Error,
+    cli::{Check, MethodChoice},
+    files::{self, AnySequence},
+};
+
+pub(crate) fn run(arguments: &Check) -> Result<Answer, Error> {
+    let options = CheckOptions {
+        method: arguments.method.into(),
+        enclose: arguments.enclose,
+        all_cells: arguments.all_cells,
+        ..CheckOptions::default()
+    };
+    for (name, given) in [
+        ("--enclose", arguments.enclose.is_some()),
+        ("--all-cells", arguments.all_cells),
+    ] {
+        if given && options.method != Method::Exact {
+            return Err(format!("{name}: only the exact method can tell").into());
+        }
+    }
+    let mut complete = true;
+    for path in &arguments.lattices {
+        let somebody_reads = match files::read_any_sequence(path) {
+            Ok(AnySequence::Plane(sequence)) => check(&sequence, path, arguments.method, &options)?,
+            Ok(AnySequence::Space(sequence)) => check(&sequence, path, arguments.method, &options)?,
+            Err(error) => {
+                print_error(&error);
+                complete = false;
+                true
+            }
+        };
+        if !somebody_reads {
+            break;
+        }
+    }
+    Ok(Answer::printed(complete))
+}
+
+/// Judges the lattices of a file, one by one. Returns whether anybody still reads.
+fn check<const D: usize>(
+    sequence: &Sequence<D>,
+    path: &Path,
+    method: MethodChoice,
+    options: &CheckOptions,
+) -> io::Result<bool> {
+    let file = path.display().to_string();
+    let method = method.to_possible_value();
+    let method = method.as_ref().map_or("", |value| value.get_name());
+    for (index, lattice) in sequence.lattices().iter().enumerate() {
+        let start = Instant::now();
+        let verdict = lattice.check(options);
+        let micros = start.elapsed().as_secs_f64() * 1e6;
+        let line = Line {
+            file: &file,
+            verdict: verdict.outcome.name(),
+            theorem: verdict.theorem().map(|theorem| theorem.name()),
+            min_det: verdict.min_det,
+            witness: witness(&verdict.outcome),
+            conic: passes_conic_test(lattice),
+            // Nanoseconds are all that the clock tells.
+            micros: (micros * 1e3).round() / 1e3,
+            index,
+            method,
+            evidence: evidence(&verdict.outcome),
+            irregular_cells: options.all_cells.then(|| cells(&verdict)),
+        };
+        if !print_line(&line)? {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
+
+/// What is said of a lattice. Numbers that are not finite are written as null.
+#[derive(Serialize)]
+struct Line<'a> {
+    file: &'a str,
+    verdict: &'static str,
+    theorem: Option<&'static str>,
+    min_det: [f64; 2],
+    witness: Option<Vec<Vec<f64>>>,
+    conic: bool,
+    micros: f64,
+    index: usize,
+    method: &'a str,
+    evidence: Option<Value>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    irregular_cells: Option<Vec<Vec<usize>>>,
+}
+
+fn passes_conic_test<const D: usize>(lattice: &Lattice<D>) -> bool {
+    let conic = CheckOptions {
+        method: Method::Conic(ConicHull::default()),
+        global: false,
+        ..CheckOptions::default()
+    };
+    lattice.check(&conic).is_regular()
+}
+
+/// World points that show why a map is not a diffeomorphism.
+fn witness<const D: usize>(outcome: &Outcome<D>) -> Option<Vec<Vec<f64>>> {
+    let places = match outcome {
+        Outcome::NotInjective(Evidence::BothSigns { positive, negative }) => {
+            vec![positive, negative]
+        }
+        Outcome::NotInjective(Evidence::Overlap { point, other, .. }) => vec![point, other],
+        Outcome::Degenerate { zero, .. } => vec![zero],
+        _ => return None,
+    };
+    Some(places.iter().map(|place| place.world.to_vec()).collect())
+}
+
+/// The same as exactly as it is known, and what is in doubt where nothing was proven.
+fn evidence<const D: usize>(outcome: &Outcome<D>) -> Option<Value> {
+    let place = |place: &Place<D>| json!({ "cell": place.cell[..], "t": place.t[..] });
+    Some(match outcome {
+        Outcome::NotInjective(Evidence::BothSigns { positive, negative }) => json!({
+            "kind": "both_signs",
+            "positive": place(positive),
+            "negative": place(negative),
+        }),
+        Outcome::NotInjective(Evidence::Overlap {
+            point,
+            other,
+            radius,
+        }) => json!({
+            "kind": "overlap",
+            "point": place(point),
+            "other": place(other),
+            "radius": radius,
+        }),
+        Outcome::Degenerate { zero, reversed } => json!({
+            "kind": "zero",
+            "zero": place(zero),
+            "reversed": reversed,
+        }),
+        Outcome::Undecided(Undecided {
+            cell, part, det, ..
+        }) => json!({
+            "kind": "doubt",
+            "cell": cell[..],
+            "part": part[..],
+            "det": det,
+        }),
+        _ => return None,
+    })
+}
+
+fn cells<const D: usize>(verdict: &Verdict<D>) -> Vec<Vec<usize>> {
+    let cells = verdict.irregular_cells.iter();
+    cells.map(|cell| cell.to_vec()).collect()
+}
