@@ -1,4 +1,4 @@
-//! The tests of injectivity, one thread.
+//! The tests of injectivity, on one thread unless said otherwise.
 //!
 //! All but the last groups ask for the sign of `det J` only, without a global theorem. At
 //! set-up, random displacements are scaled until the determinant gets as close to zero as
@@ -93,13 +93,16 @@ fn exact_test(c: &mut Criterion) {
     let options = exact();
     let mut group = c.benchmark_group("injectivity_lone_cell");
     group.throughput(Throughput::Elements(LONE));
-    let cells = lone_cells(0.2);
-    group.bench_function("0.2", |b| {
-        b.iter(|| {
-            let verdicts = cells.iter().map(|cell| black_box(cell).check(&options));
-            verdicts.filter(ffd_core::Verdict::is_regular).count()
+    // Nearly all of the first pass the conic-hull test, none of the second.
+    for amplitude in [0.2, 0.5] {
+        let cells = lone_cells(amplitude);
+        group.bench_function(amplitude.to_string(), |b| {
+            b.iter(|| {
+                let verdicts = cells.iter().map(|cell| black_box(cell).check(&options));
+                verdicts.filter(ffd_core::Verdict::is_regular).count()
+            });
         });
-    });
+    }
     group.finish();
 
     let mut group = c.benchmark_group("injectivity_lattice");
@@ -119,6 +122,11 @@ fn exact_test(c: &mut Criterion) {
         group.throughput(Throughput::Elements(count as u64));
         group.bench_function(format!("limit, {count} cells"), |b| {
             b.iter(|| black_box(&lattice).check(&options));
+        });
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build();
+        let pool = pool.expect("two threads");
+        group.bench_function(format!("limit, {count} cells, two threads"), |b| {
+            pool.install(|| b.iter(|| black_box(&lattice).par_check(&options)));
         });
     }
     group.finish();
@@ -155,19 +163,22 @@ fn exact_test(c: &mut Criterion) {
 }
 
 fn incremental(c: &mut Criterion) {
-    let mut lattice = noise(10, 0.2, 1);
-    let mut checker = Checker::new(&lattice, &exact());
-    let middle = lattice.grid().control_point([6; 3]);
     let mut group = c.benchmark_group("injectivity_update");
-    group.bench_function("one control point, 1000 cells", |b| {
-        let mut step = 0.15;
-        b.iter(|| {
-            step = -step;
-            lattice.set_displacement(middle, [step; 3]).expect("finite");
-            let verdict = checker.update(black_box(&lattice), &[middle]);
-            verdict.expect("the same grid").is_regular()
+    // Cones decide nearly all cells of the first lattice, and none of the second.
+    for amplitude in [0.2, 0.5] {
+        let mut lattice = noise(10, amplitude, 1);
+        let mut checker = Checker::new(&lattice, &exact());
+        let middle = lattice.grid().control_point([6; 3]);
+        group.bench_function(format!("one control point, 1000 cells, {amplitude}"), |b| {
+            let mut step = 0.75 * amplitude;
+            b.iter(|| {
+                step = -step;
+                lattice.set_displacement(middle, [step; 3]).expect("finite");
+                let verdict = checker.update(black_box(&lattice), &[middle]);
+                verdict.expect("the same grid").is_regular()
+            });
         });
-    });
+    }
     group.finish();
 }
 
