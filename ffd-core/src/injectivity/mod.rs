@@ -26,6 +26,8 @@ mod queue;
 #[cfg(test)]
 mod samples;
 mod search;
+mod settle;
+mod subdivide;
 mod sufficient;
 mod verdict;
 
@@ -70,8 +72,8 @@ impl Default for CheckOptions {
 /// How much work a test may do before it is undecided.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Budget {
-    /// Boxes to be bounded in floating point, beyond one for each cell; about a
-    /// microsecond each. Pairs of patches in the search for overlaps count as well.
+    /// Boxes to be bounded in floating point, beyond one for each cell; some
+    /// microseconds each. Pairs of patches in the search for overlaps count as well.
     pub boxes: usize,
     /// Boxes to be computed in exact arithmetic; some milliseconds each.
     pub exact_boxes: usize,
