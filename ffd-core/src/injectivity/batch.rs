@@ -28,7 +28,9 @@ const UNIT: f64 = f32::EPSILON as f64 / 2.0;
 pub(super) struct CellBounds {
     pub(super) min: f64,
     pub(super) max: f64,
-    /// By how much both may be wrong; infinite if they mean nothing.
+    /// The least value at a corner.
+    pub(super) low_corner: f64,
+    /// By how much all three may be wrong; infinite if they mean nothing.
     pub(super) error: f64,
 }
 
@@ -56,9 +58,9 @@ struct Tables<const D: usize> {
 
 type Columns = [[f32; MAX_ORDER]; MAX_ORDER];
 
-/// Least and largest coefficient, and the largest 1-norm of each column, in the lanes of a
-/// group.
-type Raw = [[f32; GROUP]; 5];
+/// Least and largest coefficient, least corner, and the largest 1-norm of each column, in the
+/// lanes of a group.
+type Raw = [[f32; GROUP]; 6];
 
 impl<'a, const D: usize> Kind<'a, D> {
     /// For cells of the kind of the given one.
@@ -88,7 +90,7 @@ impl<'a, const D: usize> Kind<'a, D> {
     pub(super) fn bounds(&self, cells: &[usize]) -> [CellBounds; CHUNK] {
         let mut control = Vec::with_capacity(cells.len().div_ceil(GROUP) * self.size);
         gather(self.partials, cells, &mut control);
-        let mut raw = [[[0.0; GROUP]; 5]; CHUNK / GROUP];
+        let mut raw = [[[0.0; GROUP]; 6]; CHUNK / GROUP];
         let (tables, size) = (&self.tables, self.size);
         if D == 3 && tables.degree == [3; D] {
             dispatch!(self.level, s => run::<_, Cubic, D>(s, tables, &control, size, &mut raw));
@@ -98,10 +100,11 @@ impl<'a, const D: usize> Kind<'a, D> {
         std::array::from_fn(|i| {
             let (raw, lane) = (&raw[i / GROUP], i % GROUP);
             // Sums of two or three numbers in single precision.
-            let norm = |a: usize| f64::from(raw[2 + a][lane]) * (1.0 + 4.0 * UNIT);
+            let norm = |a: usize| f64::from(raw[3 + a][lane]) * (1.0 + 4.0 * UNIT);
             CellBounds {
                 min: f64::from(raw[0][lane]),
                 max: f64::from(raw[1][lane]),
+                low_corner: f64::from(raw[2][lane]),
                 error: self
                     .rounding
                     .bound(self.partials, std::array::from_fn(norm)),
@@ -274,7 +277,7 @@ fn one<S, V, G, const D: usize>(
     group: &[f32],
     lane: usize,
     work: &mut Work<V>,
-) -> [V; 5]
+) -> [V; 6]
 where
     S: Simd,
     V: SimdFloat<S, Element = f32> + Real<f32>,
@@ -282,9 +285,10 @@ where
 {
     let degree = G::get(tables.degree);
     let zero = V::splat(simd, 0.0);
-    let mut result = [zero; 5];
+    let mut result = [zero; 6];
     result[0] = V::splat(simd, f32::INFINITY);
     result[1] = V::splat(simd, f32::NEG_INFINITY);
+    result[2] = result[0];
     let mut start = 0;
     for a in 0..D {
         let window = window(degree, a);
@@ -299,7 +303,7 @@ where
             for c in 1..D {
                 norm += column[c * count + i].abs();
             }
-            result[2 + a] = result[2 + a].max(norm);
+            result[3 + a] = result[3 + a].max(norm);
         }
         for c in 0..D {
             for axis in 0..D {
@@ -375,6 +379,12 @@ fn subtract_product<V: Real<f32>>(sum: &mut [V], a: &[V], b: &[V]) {
     }
 }
 
+/// Whether an index is the first or the last.
+#[inline(always)]
+fn is_end(index: usize, count: usize) -> bool {
+    index == 0 || index + 1 == count
+}
+
 /// The determinant in the plane.
 #[inline(always)]
 fn plane<S: Simd, V: SimdFloat<S, Element = f32> + Real<f32>, const D: usize>(
@@ -382,7 +392,7 @@ fn plane<S: Simd, V: SimdFloat<S, Element = f32> + Real<f32>, const D: usize>(
     tables: &Tables<D>,
     work: &mut Work<V>,
     zero: V,
-    result: &mut [V; 5],
+    result: &mut [V; 6],
 ) {
     let (n0, n1) = (degree[0], degree[1]);
     let count = [n0 * (n1 + 1), (n0 + 1) * n1];
@@ -403,6 +413,9 @@ fn plane<S: Simd, V: SimdFloat<S, Element = f32> + Real<f32>, const D: usize>(
             let value = sum[i] * (tables.unscale[1][j] * tables.unscale[0][i]);
             result[0] = result[0].min(value);
             result[1] = result[1].max(value);
+            if is_end(i, 2 * n0) && is_end(j, 2 * n1) {
+                result[2] = result[2].min(value);
+            }
         }
     }
 }
@@ -414,7 +427,7 @@ fn space<S: Simd, V: SimdFloat<S, Element = f32> + Real<f32>, const D: usize>(
     tables: &Tables<D>,
     work: &mut Work<V>,
     zero: V,
-    result: &mut [V; 5],
+    result: &mut [V; 6],
 ) {
     let (n0, n1, n2) = (degree[0], degree[1], degree[D - 1]);
     let count = [
@@ -487,6 +500,9 @@ fn space<S: Simd, V: SimdFloat<S, Element = f32> + Real<f32>, const D: usize>(
                 let value = done[j * 3 * n0 + i] * (scale * tables.unscale[0][i]);
                 result[0] = result[0].min(value);
                 result[1] = result[1].max(value);
+                if is_end(i, 3 * n0) && is_end(j, 3 * n1) && is_end(k, 3 * n2) {
+                    result[2] = result[2].min(value);
+                }
                 done[j * 3 * n0 + i] = zero;
             }
         }

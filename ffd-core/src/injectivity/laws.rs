@@ -101,6 +101,7 @@ fn check_coefficients<const D: usize>(
             "{again:?} {bounds:?}"
         );
         prop_assert!((again.max - bounds.max).abs() <= tolerance);
+        prop_assert!((again.low_corner - bounds.low_corner.0).abs() <= tolerance);
         let first = Kind::new(Level::new(), &partials, number).bounds(&[number])[0];
         prop_assert_eq!(again.min.to_bits(), first.min.to_bits());
         prop_assert_eq!(again.max.to_bits(), first.max.to_bits());

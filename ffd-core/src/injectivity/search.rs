@@ -240,14 +240,13 @@ impl<const D: usize> Search<D> {
             kinds.entry(kind).or_default().push(cell);
         }
         cells.clear();
-        let (mut worst, mut least) = (None, f64::INFINITY);
         let mut least_seen = self.least_seen;
         for list in kinds.values() {
             let kind = batch::Kind::new(self.products.level, partials, list[0]);
             let bounds = bounds_of_all(&kind, list, self.parallel);
             for (&cell, bounds) in list.iter().zip(bounds) {
                 let low = bounds.min - bounds.error;
-                least_seen = least_seen.min(bounds.max + bounds.error);
+                least_seen = least_seen.min(bounds.low_corner + bounds.error);
                 states[cell] = if low > 0.0 {
                     State::Positive(low)
                 } else if bounds.max < -bounds.error {
@@ -256,20 +255,11 @@ impl<const D: usize> Search<D> {
                     cells.push(cell);
                     State::Unknown
                 };
-                if low > 0.0 && low < least {
-                    (worst, least) = (Some(cell), low);
-                }
             }
         }
         cells.sort_unstable();
         self.take_places_from_states(lattice);
-        // The least value is below the largest coefficients of all cells; and close to one
-        // that was seen in the worst cell.
         self.least_seen = least_seen;
-        if let Some(cell) = worst {
-            let node = self.whole_cell(cell);
-            self.least_seen = self.least_seen.min(node.bounds.low_corner.0 + node.error);
-        }
     }
 
     /// Finds places of both signs among what is known of the cells.
