@@ -149,11 +149,16 @@ impl<const D: usize> Cones<D> {
 /// most `unit` for a vector of length 0, and in proportion to its 1-norm plus one.
 #[inline(always)]
 pub(super) fn sine<const D: usize>(x: f64, y: f64, z: f64, unit: f64) -> f64 {
-    let (y, z) = (y.abs(), if D == 2 { 0.0 } else { z.abs() });
-    let error = unit * (1.0 + (x.abs() + y + z));
+    let norm = x.abs() + y.abs() + if D == 2 { 0.0 } else { z.abs() };
+    sine_within::<D>(x, y, z, unit * (1.0 + norm))
+}
+
+/// The same, for components that err by at most `error`.
+#[inline(always)]
+pub(super) fn sine_within<const D: usize>(x: f64, y: f64, z: f64, error: f64) -> f64 {
     let along = x - error;
-    let (b, c) = (y + error, if D == 2 { 0.0 } else { z + error });
-    let across = b * b + c * c;
+    let (b, c) = (y.abs() + error, z.abs() + error);
+    let across = b * b + if D == 2 { 0.0 } else { c * c };
     let sine = across / (across + along * along);
     // Also where it is not a number.
     let sound = (along > 0.0) & (sine <= 1.0);

@@ -66,6 +66,7 @@ use super::octree::{Octree, Step};
 use super::partials::{Partials, Plain, UNIT};
 use super::piece::Shape;
 use super::{Budget, ConicHull};
+use crate::matrix::{cofactors, determinant};
 
 /// Below this, a sum of a few numbers is less than one in spite of roundings.
 const ALMOST_ONE: f64 = 1.0 - 1e-14;
@@ -359,13 +360,7 @@ impl<const D: usize> Axes<D> {
 #[inline(always)]
 fn sine_along<S: Simd, const D: usize>(_: S, x: &[f64], y: &[f64], z: &[f64], error: f64) -> f64 {
     largest(x.len(), |i| {
-        let along = x[i] - error;
-        let (b, c) = (y[i].abs() + error, z[i].abs() + error);
-        let across = b * b + if D == 2 { 0.0 } else { c * c };
-        let sine = across / (across + along * along);
-        // Also where it is not a number.
-        let sound = (along > 0.0) & (sine <= 1.0);
-        if sound { sine } else { 2.0 }
+        cones::sine_within::<D>(x[i], y[i], z[i], error)
     })
 }
 
@@ -461,17 +456,8 @@ fn separate<const D: usize>(rows: &[[f64; D]; D], sines: [f64; D]) -> bool {
 
 /// An approximate inverse, and the determinant.
 fn inverse<const D: usize>(m: &[[f64; D]; D]) -> ([[f64; D]; D], f64) {
-    // Cofactors; in the plane, cyclic minors would be taken of one row and itself.
-    let cofactor = |r: usize, c: usize| {
-        if D == 2 {
-            let sign = if r == c { 1.0 } else { -1.0 };
-            return sign * m[1 - r][1 - c];
-        }
-        let (r1, r2, c1, c2) = ((r + 1) % D, (r + 2) % D, (c + 1) % D, (c + 2) % D);
-        m[r1][c1] * m[r2][c2] - m[r1][c2] * m[r2][c1]
-    };
-    let determinant: f64 = (0..D).map(|c| m[0][c] * cofactor(0, c)).sum();
-    let inverse = std::array::from_fn(|r| std::array::from_fn(|c| cofactor(c, r) / determinant));
+    let (cofactors, determinant) = (cofactors(m), determinant(m));
+    let inverse = std::array::from_fn(|r| std::array::from_fn(|c| cofactors[c][r] / determinant));
     (inverse, determinant)
 }
 
