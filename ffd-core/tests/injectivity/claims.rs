@@ -231,17 +231,23 @@ impl<'a, const D: usize> Judge<'a, D> {
         let holds = match theorem {
             Theorem::IdentityBorder => grid.border() == Border::Identity,
             Theorem::DisplacementBound => {
-                // The constants of Choi and Lee for cubic lattices, rounded up.
-                let bound = if D == 2 { 1.0 / 2.046 } else { 1.0 / 2.479 };
-                let cubic = grid.degree() == [Degree::CUBIC; D];
+                // The constants of Choi and Lee for cubic lattices, rounded down; along a
+                // clamped axis of degree n slopes of the basis add up to 2 n at the ends.
+                let clamped = (0..D).filter(|&a| grid.knots()[a] == Knots::Clamped);
+                let ends: f64 = clamped.map(|a| 2.0 * grid.degree()[a].get() as f64).sum();
+                let uniform_cubic = ends == 0.0 && grid.degree() == [Degree::CUBIC; D];
+                let constant = match (uniform_cubic, D) {
+                    (false, _) => ends,
+                    (true, 2) => 2.046,
+                    (true, _) => 2.479,
+                };
                 let inverse = grid.frame().inverse();
-                let small = self.lattice.displacements().iter().all(|d| {
+                self.lattice.displacements().iter().all(|d| {
                     (0..D).all(|i| {
                         let along: f64 = (0..D).map(|c| inverse[i][c] * d[c]).sum();
-                        along.abs() < bound
+                        along.abs() * constant < 1.0
                     })
-                });
-                grid.knots() == [Knots::Uniform; D] && (small || !cubic)
+                })
             }
             Theorem::PMatrix { after } => self.some_jacobians(after).iter().all(is_p_matrix),
             Theorem::Monotone { after } => self.some_jacobians(after).iter().all(|m| {
