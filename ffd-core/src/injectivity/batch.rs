@@ -72,7 +72,7 @@ impl<'a, const D: usize> Kind<'a, D> {
             level,
             partials,
             // Control vectors are rounded, and so are weights.
-            rounding: Rounding::new(&degree, UNIT, 2.5, 1e12),
+            rounding: Rounding::new(&degree, UNIT, 2.5, 1e36),
             tables: Tables {
                 degree,
                 columns: std::array::from_fn(|axis| {

@@ -134,26 +134,24 @@ fn judge<const D: usize>(
             [low.max(least), high.min(most)]
         }
     };
-    let irregular = |(cell, state): (usize, &State<D>)| {
-        let irregular = matches!(state, State::Folded(_) | State::Zero(_) | State::Negative);
-        irregular.then(|| search.partials.cell(cell))
+    let cells = |wanted: fn(&State<D>) -> bool| {
+        let states = search.states.iter().enumerate();
+        let found = states.filter(|(_, state)| wanted(state));
+        found.map(|(cell, _)| search.partials.cell(cell)).collect()
     };
     let irregular_cells = if matches!(sign, Sign::Negative) {
         Vec::new()
     } else {
-        search
-            .states
-            .iter()
-            .enumerate()
-            .filter_map(irregular)
-            .collect()
+        cells(|s| matches!(s, State::Folded(_) | State::Zero(_) | State::Negative))
     };
+    let doubtful_cells = cells(|s| matches!(s, State::Doubtful(_)));
     Verdict {
         map: Map::BSpline,
         method: options.method,
         outcome,
         min_det,
         irregular_cells,
+        doubtful_cells,
         effort: search.effort,
     }
 }

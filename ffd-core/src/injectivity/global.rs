@@ -191,8 +191,16 @@ impl<'a, const D: usize> Matrices<'a, D> {
         let mut largest = 0.0_f64;
         for &x in values {
             // In case it is not a number, nothing is positive.
-            least = if x >= least { least } else { x };
-            largest = if x.abs() <= largest { largest } else { x.abs() };
+            least = if least.is_nan() || x >= least {
+                least
+            } else {
+                x
+            };
+            largest = if largest.is_nan() || x.abs() <= largest {
+                largest
+            } else {
+                x.abs()
+            };
         }
         (least - self.errors[a], largest + self.errors[a])
     }

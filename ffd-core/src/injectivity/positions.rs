@@ -101,9 +101,17 @@ impl<'a, const D: usize> Positions<'a, D> {
                 }
                 point[r] = at + by;
                 // Not `f64::max`, which would lose a NaN.
-                moved = if size <= moved { moved } else { size };
+                moved = if moved.is_nan() || size <= moved {
+                    moved
+                } else {
+                    size
+                };
                 let out = point[r].abs();
-                largest = if out <= largest { largest } else { out };
+                largest = if largest.is_nan() || out <= largest {
+                    largest
+                } else {
+                    out
+                };
             }
             points.push(point);
             for axis in 0..D {

@@ -40,7 +40,7 @@ pub(super) struct Rounding {
     conversion: f64,
     /// Relative to the sum of absolute terms: that of the products.
     products: f64,
-    /// Control vectors must not be larger than this, so that nothing overflows.
+    /// Control vectors must not have a larger 1-norm, so that nothing overflows.
     largest: f64,
 }
 
@@ -51,8 +51,16 @@ impl Rounding {
     /// The conversion adds at most six products along each axis. One coefficient of the
     /// product of two or three columns is the sum of as many products as pairs of
     /// coefficients meet in it; and it is divided by three binomial coefficients.
-    pub(super) fn new(degree: &[usize], unit: f64, weight: f64, largest: f64) -> Self {
+    ///
+    /// Sums of products are at most Π N times the largest binomial coefficients of the
+    /// result; they must stay below `limit`, so that nothing overflows.
+    pub(super) fn new(degree: &[usize], unit: f64, weight: f64, limit: f64) -> Self {
         let axes = degree.len() as f64;
+        let dimension = degree.len();
+        let scale: f64 = degree
+            .iter()
+            .map(|n| binomial(dimension * n - 1, (dimension * n - 1) / 2))
+            .product();
         // Along each axis as many pairs as the shorter factor has coefficients.
         let terms = match *degree {
             [a, b] => 2 * a * b,
@@ -62,7 +70,7 @@ impl Rounding {
         Self {
             conversion: axes * (weight + 7.0) * unit,
             products: (terms as f64 + 8.0) * unit,
-            largest,
+            largest: (limit / scale).powf(1.0 / axes),
         }
     }
 
@@ -70,7 +78,7 @@ impl Rounding {
     pub(super) fn double(degree: &[usize]) -> Self {
         // Weights come from a recursion of at most five steps with at most five
         // roundings each, and are multiplied by a binomial coefficient.
-        Self::new(degree, UNIT, 26.0, 1e100)
+        Self::new(degree, UNIT, 26.0, 1e300)
     }
 
     /// A bound of the error of all coefficients, for control vectors with the given

@@ -12,7 +12,7 @@
 //! are above a bound of the rounding error; it is folded if a corner is below minus that
 //! bound. Nothing else decides.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 use super::batch;
 use super::cones::Cones;
@@ -44,10 +44,32 @@ pub(super) enum State<const D: usize> {
     Negative,
     /// `det J` is negative at a place, and not known to be negative throughout.
     Folded(Box<Place<D>>),
-    /// `det J` is zero at a place, and nowhere negative (or nowhere positive).
+    /// `det J` is zero at a place, and nowhere negative, or nowhere positive if everything
+    /// was to be proven negative when that was found. Not kept when control points move.
     Zero(Box<Place<D>>),
     /// The budget was not enough.
     Doubtful(Box<Undecided<D>>),
+}
+
+/// What is known of the parts of a cell while others are still in doubt: the state of the
+/// cell changes only when none is, or when a part says that it folds.
+#[derive(Debug, Clone, Copy)]
+struct Progress<const D: usize> {
+    /// Parts in doubt.
+    open: usize,
+    /// A lower bound of the others.
+    bound: f64,
+    /// A zero in the others.
+    zero: Option<Place<D>>,
+}
+
+/// What a part of a cell turned out to be.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Part<const D: usize> {
+    /// It has the sign that was to be proven, and is above this bound.
+    Right(f64),
+    /// It has no value of the other sign, and a zero.
+    Zero(Place<D>),
 }
 
 /// The cells of a lattice and what is known of them.
@@ -58,6 +80,7 @@ pub(super) struct Search<const D: usize> {
     pub(super) cones: Cones<D>,
     pub(super) shape: Shape,
     pub(super) states: Vec<State<D>>,
+    progress: HashMap<usize, Progress<D>>,
     /// A place where `det J` is positive, if one is known, and one where it is negative.
     pub(super) positive: Option<Place<D>>,
     pub(super) negative: Option<Place<D>>,
@@ -94,6 +117,7 @@ impl<const D: usize> Search<D> {
             cones: Cones::new(&partials),
             shape: Shape::new(&Products::result_degree(degree)),
             states: vec![State::Unknown; partials.cell_count()],
+            progress: HashMap::new(),
             positive: None,
             negative: None,
             least_seen: f64::INFINITY,
@@ -145,17 +169,35 @@ impl<const D: usize> Search<D> {
             states,
             ..
         } = self;
-        for place in places {
-            cones.test_around(partials, place, |cell, passes| {
-                states[cell] = if passes { State::Cones } else { State::Unknown };
+        let each: usize = partials.degree.iter().map(|n| n + 1).product();
+        let is_most = places.len().saturating_mul(each) > states.len();
+        if is_most {
+            let mut touched = vec![false; states.len()];
+            for &place in &places {
+                partials.for_cells_around(place, |cell| touched[cell] = true);
+            }
+            cones.test(partials, |cell, passes| {
+                if touched[cell] {
+                    states[cell] = if passes { State::Cones } else { State::Unknown };
+                }
             });
+        } else {
+            for place in places {
+                cones.test_around(partials, place, |cell, passes| {
+                    states[cell] = if passes { State::Cones } else { State::Unknown };
+                });
+            }
         }
         // A positive value that belongs to no state may have been in a touched cell. Where
-        // no other is known, cells with a fold are looked at again for one.
+        // no other is known, cells with a fold are looked at again for one. And what zeros
+        // mean depends on the sign elsewhere.
         self.positive = None;
         let known = |s: &State<D>| matches!(s, State::Cones | State::Positive(_));
-        if !self.states.iter().any(known) {
-            self.states.fill(State::Unknown);
+        let no_sign = !self.states.iter().any(known);
+        for state in &mut self.states {
+            if no_sign || matches!(state, State::Zero(_)) {
+                *state = State::Unknown;
+            }
         }
     }
 
@@ -183,6 +225,7 @@ impl<const D: usize> Search<D> {
     /// `all` unset, the search may end as soon as both signs are found.
     pub(super) fn decide(&mut self, lattice: &Lattice<D>, budget: &Budget, all: bool) -> Sign<D> {
         self.partials.prepare();
+        self.progress.clear();
         self.take_places_from_states(lattice);
         let open = |s: &State<D>| matches!(s, State::Unknown | State::Doubtful(_));
         let all_cells = 0..self.states.len();
@@ -202,8 +245,13 @@ impl<const D: usize> Search<D> {
         let reversed = self.positive.is_none() && self.negative.is_some();
         if reversed {
             queue = Queue::default();
+            self.progress.clear();
             for cell in 0..self.states.len() {
                 if !matches!(self.states[cell], State::Negative) {
+                    if matches!(self.states[cell], State::Doubtful(_) | State::Zero(_)) {
+                        self.states[cell] = State::Unknown;
+                    }
+                    self.open_part(cell);
                     queue.push(self.whole_cell(cell));
                 }
             }
@@ -379,6 +427,7 @@ impl<const D: usize> Search<D> {
             }
             node.key = bounds.min - error;
         }
+        self.open_part(cell);
         queue.push(node);
     }
 
@@ -388,16 +437,39 @@ impl<const D: usize> Search<D> {
         self.place(lattice, node.cell, t)
     }
 
-    /// Part of a cell has the right sign; other parts may still change its state.
-    pub(super) fn record_right(&mut self, cell: usize, bound: f64, reversed: bool) {
-        let state = &mut self.states[cell];
-        match state {
-            State::Unknown if reversed => *state = State::Negative,
-            State::Folded(_) if reversed => *state = State::Negative,
-            State::Unknown => *state = State::Positive(bound),
-            State::Positive(least) => *least = least.min(bound),
-            _ => {}
+    /// One part more of a cell is in doubt.
+    pub(super) fn open_part(&mut self, cell: usize) {
+        let progress = self.progress.entry(cell).or_insert(Progress {
+            open: 0,
+            bound: f64::INFINITY,
+            zero: None,
+        });
+        progress.open += 1;
+    }
+
+    /// A part of a cell is decided. With the last one, the cell is.
+    pub(super) fn close_part(&mut self, cell: usize, part: Part<D>, reversed: bool) {
+        let Some(progress) = self.progress.get_mut(&cell) else {
+            return;
+        };
+        progress.open -= 1;
+        match part {
+            Part::Right(bound) => progress.bound = progress.bound.min(bound),
+            Part::Zero(place) => progress.zero = progress.zero.or(Some(place)),
         }
+        let known = match self.states[cell] {
+            State::Folded(_) => !reversed,
+            State::Doubtful(_) => true,
+            _ => false,
+        };
+        if progress.open > 0 || known {
+            return;
+        }
+        self.states[cell] = match progress.zero {
+            Some(place) => State::Zero(Box::new(place)),
+            None if reversed => State::Negative,
+            None => State::Positive(progress.bound),
+        };
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::exact::ExactPiece;
 use super::queue::Node;
-use super::search::{DEEPEST, Search, State};
+use super::search::{DEEPEST, Part, Search, State};
 use super::{Budget, Place, Undecided};
 use crate::Lattice;
 
@@ -43,15 +43,16 @@ impl<const D: usize> Search<D> {
                 Some((cell, piece)) if cell == node.cell => piece,
                 _ => ExactPiece::of_cell(lattice, self.partials.cell(node.cell)),
             };
+            // Each halving on the way to the part computes as much as a box.
+            let halvings: i32 = node.level.iter().sum();
+            self.effort.exact_boxes += usize::try_from(halvings).expect("not negative");
             let found = self.search_exactly(lattice, &whole, &node, allowed, reversed);
             cached = Some((node.cell, whole));
             match found {
-                Exactly::Right => self.record_right(node.cell, 0.0, reversed),
+                Exactly::Right => self.close_part(node.cell, Part::Right(0.0), reversed),
                 Exactly::Zero(place) => {
                     self.least_seen = self.least_seen.min(0.0);
-                    if !matches!(self.states[node.cell], State::Doubtful(_)) {
-                        self.states[node.cell] = State::Zero(Box::new(place));
-                    }
+                    self.close_part(node.cell, Part::Zero(place), reversed);
                 }
                 Exactly::Wrong(place) if reversed => self.positive = Some(place),
                 Exactly::Wrong(place) => {

@@ -3,7 +3,7 @@
 
 use super::Budget;
 use super::queue::{Node, Queue};
-use super::search::{DEEPEST, Search, State};
+use super::search::{DEEPEST, Part, Search, State};
 use crate::Lattice;
 
 impl<const D: usize> Search<D> {
@@ -27,6 +27,7 @@ impl<const D: usize> Search<D> {
                 doubtful.push(node);
                 continue;
             }
+            self.open_part(node.cell);
             for child in self.cut(node) {
                 self.examine(lattice, child, reversed, &mut queue);
             }
@@ -103,7 +104,7 @@ impl<const D: usize> Search<D> {
             node.key = node.key.max(bound - error);
         }
         if node.key > 0.0 {
-            self.record_right(node.cell, node.key, reversed);
+            self.close_part(node.cell, Part::Right(node.key), reversed);
         } else {
             queue.push(node);
         }

@@ -91,6 +91,7 @@ pub(super) fn judge<const D: usize>(
         outcome,
         min_det: [low, f64::INFINITY],
         irregular_cells: Vec::new(),
+        doubtful_cells: Vec::new(),
         effort: Effort::default(),
     }
 }
@@ -131,6 +132,7 @@ fn judge_as_paper<const D: usize>(
         outcome,
         min_det: search.partials.divide_by_frame([low, high]),
         irregular_cells,
+        doubtful_cells: Vec::new(),
         effort: search.effort,
     }
 }

@@ -27,12 +27,15 @@ pub struct Verdict<const D: usize> {
     /// `J = ∂F/∂x`, which is 1 where nothing moves. An end that was not found out is
     /// infinite; the lower end of a map proven regular is never below 0.
     pub min_det: [f64; 2],
-    /// Cells of the domain in which `det J` was proven zero or negative somewhere (for
-    /// [`Outcome::Reversed`]: none are listed). Complete if
-    /// [`CheckOptions::all_cells`](super::CheckOptions::all_cells) was set and the
-    /// outcome is not undecided. A cell is counted from the first of the domain: with
-    /// an identity border, from `degree` cells before the lattice's own.
+    /// Cells of the domain in which `det J` was proven zero or negative somewhere (none are
+    /// listed for [`Outcome::Reversed`]). Complete if
+    /// [`CheckOptions::all_cells`](super::CheckOptions::all_cells) was set and
+    /// `doubtful_cells` is empty; otherwise the test may have ended with the first. A cell
+    /// is counted from the first of the domain: with an identity border, from `degree`
+    /// cells before the lattice's own.
     pub irregular_cells: Vec<[usize; D]>,
+    /// Cells that were looked at and not decided, because the budget was spent.
+    pub doubtful_cells: Vec<[usize; D]>,
     /// The work done.
     pub effort: Effort,
 }

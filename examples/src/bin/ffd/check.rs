@@ -76,7 +76,8 @@ fn check<const D: usize>(
             index,
             method,
             evidence: evidence(&verdict.outcome),
-            irregular_cells: options.all_cells.then(|| cells(&verdict)),
+            irregular_cells: options.all_cells.then(|| cells(&verdict.irregular_cells)),
+            doubtful_cells: options.all_cells.then(|| cells(&verdict.doubtful_cells)),
         };
         if !print_line(&line)? {
             return Ok(false);
@@ -100,6 +101,8 @@ struct Line<'a> {
     evidence: Option<Value>,
     #[serde(skip_serializing_if = "Option::is_none")]
     irregular_cells: Option<Vec<Vec<usize>>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    doubtful_cells: Option<Vec<Vec<usize>>>,
 }
 
 fn passes_conic_test<const D: usize>(lattice: &Lattice<D>) -> bool {
@@ -160,7 +163,6 @@ fn evidence<const D: usize>(outcome: &Outcome<D>) -> Option<Value> {
     })
 }
 
-fn cells<const D: usize>(verdict: &Verdict<D>) -> Vec<Vec<usize>> {
-    let cells = verdict.irregular_cells.iter();
-    cells.map(|cell| cell.to_vec()).collect()
+fn cells<const D: usize>(cells: &[[usize; D]]) -> Vec<Vec<usize>> {
+    cells.iter().map(|cell| cell.to_vec()).collect()
 }
