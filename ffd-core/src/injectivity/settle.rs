@@ -6,6 +6,9 @@ use super::search::{DEEPEST, Part, Search, State};
 use super::{Budget, Place, Undecided};
 use crate::Lattice;
 
+/// Boxes of exact arithmetic for each box in doubt, before any gets more.
+const FEW: usize = 16;
+
 impl<const D: usize> Search<D> {
     /// Records that a box could not be decided; of several in a cell, the one with the
     /// lowest bound.
@@ -17,7 +20,8 @@ impl<const D: usize> Search<D> {
         }
     }
 
-    /// Boxes that floating point left in doubt, depth first.
+    /// Boxes that floating point left in doubt. Each gets a few boxes of exact arithmetic
+    /// first, so that one that takes all of the budget does not keep it from the others.
     pub(super) fn decide_exactly(
         &mut self,
         lattice: &Lattice<D>,
@@ -26,41 +30,51 @@ impl<const D: usize> Search<D> {
         all: bool,
         reversed: bool,
     ) {
-        let mut cached: Option<(usize, ExactPiece)> = None;
         let allowed = self.effort.exact_boxes.saturating_add(budget.exact_boxes);
-        for node in nodes {
-            if (reversed || !all) && self.both_signs().is_some() {
-                return;
-            }
-            if !reversed && matches!(self.states[node.cell], State::Folded(_)) {
-                continue;
-            }
-            if self.effort.exact_boxes >= allowed {
-                self.record_doubt(&node);
-                continue;
-            }
-            let whole = match cached.take() {
-                Some((cell, piece)) if cell == node.cell => piece,
-                _ => ExactPiece::of_cell(lattice, self.partials.cell(node.cell)),
-            };
-            // Each halving on the way to the part computes as much as a box.
-            let halvings: i32 = node.level.iter().sum();
-            self.effort.exact_boxes += usize::try_from(halvings).expect("not negative");
-            let found = self.search_exactly(lattice, &whole, &node, allowed, reversed);
-            cached = Some((node.cell, whole));
-            match found {
-                Exactly::Right => self.close_part(node.cell, Part::Right(0.0), reversed),
-                Exactly::Zero(place) => {
-                    self.least_seen = self.least_seen.min(0.0);
-                    self.close_part(node.cell, Part::Zero(place), reversed);
+        let mut open = nodes;
+        for share in [FEW, usize::MAX] {
+            let mut cached: Option<(usize, ExactPiece)> = None;
+            for node in std::mem::take(&mut open) {
+                if (reversed || !all) && self.both_signs().is_some() {
+                    return;
                 }
-                Exactly::Wrong(place) if reversed => self.positive = Some(place),
-                Exactly::Wrong(place) => {
-                    self.least_seen = self.least_seen.min(0.0);
-                    self.negative = self.negative.or(Some(place));
-                    self.states[node.cell] = State::Folded(Box::new(place));
+                if !reversed && matches!(self.states[node.cell], State::Folded(_)) {
+                    continue;
                 }
-                Exactly::Spent => self.record_doubt(&node),
+                let limit = allowed.min(self.effort.exact_boxes.saturating_add(share));
+                if self.effort.exact_boxes >= limit {
+                    open.push(node);
+                    continue;
+                }
+                let whole = match cached.take() {
+                    Some((cell, piece)) if cell == node.cell => piece,
+                    _ => ExactPiece::of_cell(lattice, self.partials.cell(node.cell)),
+                };
+                let found = self.search_exactly(lattice, &whole, &node, limit, reversed);
+                cached = Some((node.cell, whole));
+                match found {
+                    Some(found) => self.take_over(node.cell, found, reversed),
+                    None => open.push(node),
+                }
+            }
+        }
+        for node in &open {
+            self.record_doubt(node);
+        }
+    }
+
+    fn take_over(&mut self, cell: usize, found: Exactly<D>, reversed: bool) {
+        match found {
+            Exactly::Right => self.close_part(cell, Part::Right(0.0), reversed),
+            Exactly::Zero(place) => {
+                self.least_seen = self.least_seen.min(0.0);
+                self.close_part(cell, Part::Zero(place), reversed);
+            }
+            Exactly::Wrong(place) if reversed => self.positive = Some(place),
+            Exactly::Wrong(place) => {
+                self.least_seen = self.least_seen.min(0.0);
+                self.negative = self.negative.or(Some(place));
+                self.states[cell] = State::Folded(Box::new(place));
             }
         }
     }
@@ -79,19 +93,24 @@ impl<const D: usize> Search<D> {
         }
     }
 
+    /// What exact arithmetic says of a box; `None` if the limit of boxes is reached before.
     fn search_exactly(
         &mut self,
         lattice: &Lattice<D>,
         whole: &ExactPiece,
         node: &Node<D>,
-        allowed: usize,
+        limit: usize,
         reversed: bool,
-    ) -> Exactly<D> {
+    ) -> Option<Exactly<D>> {
+        // Each halving on the way to the part computes as much as a box.
+        let halvings = usize::try_from(node.level.iter().sum::<i32>()).expect("not negative");
+        self.effort.exact_boxes += halvings;
+        let limit = limit.saturating_add(halvings);
         let mut stack = vec![(whole.part(node.low, node.level), node.low, node.level)];
         let mut zero = None;
         while let Some((piece, low, level)) = stack.pop() {
-            if self.effort.exact_boxes >= allowed {
-                return Exactly::Spent;
+            if self.effort.exact_boxes >= limit {
+                return None;
             }
             self.effort.exact_boxes += 1;
             let signs = piece.signs(&self.shape);
@@ -111,7 +130,7 @@ impl<const D: usize> Search<D> {
                 )
             };
             if let Some(corner) = wrong {
-                return Exactly::Wrong(place(corner));
+                return Some(Exactly::Wrong(place(corner)));
             }
             // All coefficients zero or right: a zero of the polynomial is one of a corner.
             if !any_wrong && zero.is_none() {
@@ -125,7 +144,7 @@ impl<const D: usize> Search<D> {
             }
             let axis = (0..D).min_by_key(|&a| level[a]).expect("two or three axes");
             if level[axis] >= DEEPEST {
-                return Exactly::Spent;
+                return None;
             }
             let mut finer = level;
             finer[axis] += 1;
@@ -135,7 +154,7 @@ impl<const D: usize> Search<D> {
             stack.push((high_piece, upper, finer));
             stack.push((low_piece, low, finer));
         }
-        zero.map_or(Exactly::Right, Exactly::Zero)
+        Some(zero.map_or(Exactly::Right, Exactly::Zero))
     }
 }
 
@@ -147,6 +166,4 @@ enum Exactly<const D: usize> {
     Zero(Place<D>),
     /// The sign is the other one at a place.
     Wrong(Place<D>),
-    /// The budget is spent.
-    Spent,
 }

@@ -274,3 +274,31 @@ fn exact_arithmetic_sees_that_a_frame_is_mirrored() {
         Judge::new(&nearly, ORACLE).check(&verdict).unwrap();
     }
 }
+
+/// `det J` along the first axis is a quadratic spline that touches zero in the middle of the
+/// first cell, where cutting finds it, and at a third of the last one, where it cannot.
+#[test]
+fn a_zero_does_not_hide_a_doubt() {
+    let along = [0.0, -0.25, -1.5, -1.75, -3.125, -2.25];
+    let grid = grid([3, 2], [3, 1]);
+    let displacements = (0..grid.control_point_count())
+        .map(|i| [along[grid.control_point_indices(i)[0]], 0.0])
+        .collect();
+    let lattice = Lattice::new(grid, displacements).unwrap();
+    let options = CheckOptions {
+        all_cells: true,
+        budget: Budget {
+            boxes: 10_000,
+            exact_boxes: 100,
+        },
+        ..sign()
+    };
+    let verdict = lattice.check(&options);
+    assert!(
+        matches!(verdict.outcome, Outcome::Undecided(_)),
+        "{verdict:?}"
+    );
+    assert_eq!(verdict.irregular_cells, [[0, 0]]);
+    assert_eq!(verdict.doubtful_cells, [[2, 0]]);
+    Judge::new(&lattice, ORACLE).check(&verdict).unwrap();
+}
