@@ -6,7 +6,6 @@ use clap::ValueEnum as _;
 use examples::command::{print_error, print_line};
 use ffd_core::{
     CheckOptions, ConicHull, Evidence, Lattice, Method, Outcome, Place, Sequence, Undecided,
-    Verdict,
 };
 use serde::Serialize;
 use serde_json::{Value, json};
