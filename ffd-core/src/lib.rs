@@ -12,6 +12,7 @@
 //! | lay cells around an object | [`Frame`], [`Grid`], with [`Knots`] and [`Border`] |
 //! | move control points | [`Lattice`] |
 //! | drag points of the object itself | [`Lattice::pull`], [`DirectManipulation`] |
+//! | drag them far without folding | [`Grid::injective_pull`] |
 //! | deform a point, with Jacobian or second derivatives | [`Lattice::deform_point`], [`Lattice::evaluate`], [`Lattice::second_derivatives`] |
 //! | deform many points once | [`Lattice::deform_points`] |
 //! | deform a mesh in every frame | [`Embedding`] |
@@ -151,7 +152,10 @@ mod sequence;
 mod tangent;
 
 pub use bspline::{Axis, Degree, Knots, MAX_ORDER};
-pub use direct::{Constraint, DirectError, DirectManipulation, Fit, Merged, Pull, PullOptions};
+pub use direct::{
+    Constraint, DirectError, DirectManipulation, Fit, InjectiveOptions, InjectivePull, Merged,
+    Pull, PullOptions, Scope, StepPolicy, Stopped,
+};
 pub use embedding::Embedding;
 pub use error::FfdError;
 pub use evaluate::{Evaluation, Outside};

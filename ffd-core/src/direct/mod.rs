@@ -19,12 +19,14 @@
 mod duplicates;
 mod error;
 mod factor;
+mod injective;
 mod least_norm;
 mod manipulation;
 mod rows;
 mod sparse;
 
 pub use error::DirectError;
+pub use injective::{InjectiveOptions, InjectivePull, Scope, StepPolicy, Stopped};
 pub use manipulation::DirectManipulation;
 
 use crate::Lattice;
