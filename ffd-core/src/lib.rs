@@ -19,6 +19,7 @@
 //! | apply several deformations | [`Sequence`] |
 //! | go back | [`Lattice::inverse_point`], [`Inverse`], [`Sequence::undo_points`] |
 //! | find out whether it folds | [`Lattice::check`]; [`Checker`] in every frame |
+//! | prove that to others | [`Lattice::certify`], [`Certificate`] |
 //! | cut cells without changing anything | [`Lattice::refine`] |
 //! | store | features `serde`: see [Files](#files) |
 //!
@@ -129,6 +130,7 @@
 mod blend;
 mod bspline;
 mod bulk;
+mod certificate;
 mod direct;
 mod embedding;
 mod error;
@@ -151,6 +153,9 @@ mod sequence;
 mod tangent;
 
 pub use bspline::{Axis, Degree, Knots, MAX_ORDER};
+pub use certificate::{
+    Certificate, CertificateError, Certified, Claim, CutsError, Proven, Uncertified,
+};
 pub use direct::{Constraint, DirectError, DirectManipulation, Fit, Merged, Pull, PullOptions};
 pub use embedding::Embedding;
 pub use error::FfdError;
