@@ -1,7 +1,8 @@
 //! What small programs have in common: arguments, files to read, answers, messages.
 //!
 //! They print JSON to standard output and one line for each message to standard error,
-//! and exit with 0 if they have answered and 2 if the input is bad.
+//! and exit with 0 if they have answered, 1 if what they were to check did not hold, and 2 if
+//! the input is bad.
 
 use std::{
     fs::File,
@@ -25,7 +26,15 @@ pub struct Answer {
     json: Option<String>,
     /// Go to standard error, a line each.
     notes: Vec<String>,
-    complete: bool,
+    exit: Exit,
+}
+
+/// How a program ends that had something to say.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Exit {
+    Complete = 0,
+    Refused = 1,
+    Incomplete = 2,
 }
 
 impl Answer {
@@ -38,7 +47,7 @@ impl Answer {
         Ok(Self {
             json: Some(serde_json::to_string(json)?),
             notes,
-            complete: true,
+            exit: Exit::Complete,
         })
     }
 
@@ -50,8 +59,30 @@ impl Answer {
         Self {
             json: None,
             notes: Vec::new(),
-            complete,
+            exit: if complete {
+                Exit::Complete
+            } else {
+                Exit::Incomplete
+            },
         }
+    }
+
+    /// For a program that has printed, with [`print_line`], whether what it was to check
+    /// holds. If not, it exits with 1.
+    #[must_use]
+    pub fn checked(holds: bool) -> Self {
+        Self {
+            json: None,
+            notes: Vec::new(),
+            exit: if holds { Exit::Complete } else { Exit::Refused },
+        }
+    }
+
+    /// With notes of one sentence each.
+    #[must_use]
+    pub fn with_notes(mut self, notes: Vec<String>) -> Self {
+        self.notes.extend(notes);
+        self
     }
 }
 
@@ -78,11 +109,10 @@ pub fn run<C: clap::Parser>(
         if let Some(json) = &answer.json {
             print(json)?;
         }
-        Ok(answer.complete)
+        Ok(answer.exit)
     });
     match reported {
-        Ok(true) => ExitCode::SUCCESS,
-        Ok(false) => ExitCode::from(2),
+        Ok(exit) => ExitCode::from(exit as u8),
         Err(error) => {
             print_error(error.as_ref());
             ExitCode::from(2)

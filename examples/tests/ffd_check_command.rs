@@ -336,3 +336,103 @@ fn bad_questions_are_refused() {
         assert!(message.contains(expected), "{expected} is not in {message}");
     }
 }
+
+fn verify(lattice: &str, certificate: &str) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_ffd"))
+        .args(["verify", lattice, certificate])
+        .output()
+        .expect("it starts")
+}
+
+/// A cubic lattice in the plane with one control point moved.
+fn moved(by: f64) -> Lattice<2> {
+    let grid = Grid::new([Degree::CUBIC; 2], [3, 3], Frame::unit()).expect("small");
+    let mut lattice = Lattice::at_rest(grid).expect("small");
+    lattice.set_displacement(14, [by, 0.1]).expect("finite");
+    lattice
+}
+
+#[test]
+fn certificates_are_written_and_verified() {
+    let scratch = Scratch::new("certificate");
+    let good = scratch.lattice("good.json", &moved(0.3));
+    let folded = scratch.lattice("folded.json", &moved(3.0));
+    let proof = scratch.0.join("proof.json").display().to_string();
+    let lines_of_check = answered(&[&good, "--certificate", &proof]);
+    assert_eq!(lines_of_check[0]["verdict"], "injective");
+
+    let output = verify(&good, &proof);
+    assert_eq!(output.status.code(), Some(0));
+    let line = lines(&output).remove(0);
+    assert_eq!(line["valid"], true);
+    assert_eq!(line["claim"], "injective");
+    assert_eq!(line["theorem"], "p_matrix");
+    assert!(line["min_det"].as_f64().expect("a bound") > 0.5);
+    assert!(line["reason"].is_null());
+
+    // Nothing is proven of another lattice.
+    let output = verify(&folded, &proof);
+    assert_eq!(output.status.code(), Some(1));
+    let line = lines(&output).remove(0);
+    assert_eq!(line["valid"], false);
+    assert!(line["min_det"].is_null() && line["theorem"].is_null());
+    assert!(
+        line["reason"].as_str().expect("a reason").contains("cell"),
+        "{line}"
+    );
+
+    // A file that is there stays, unless told otherwise.
+    let output = check(&[&folded, "--certificate", &proof]);
+    assert_eq!(output.status.code(), Some(2));
+    answered(&[&folded, "--certificate", &proof, "--force"]);
+    let output = verify(&folded, &proof);
+    assert_eq!(output.status.code(), Some(0));
+    assert_eq!(lines(&output)[0]["claim"], "not_injective");
+}
+
+#[test]
+fn sequences_have_a_list_of_certificates() {
+    let scratch = Scratch::new("certificates");
+    let sequence = Sequence::new(vec![moved(0.3), moved(3.0)]);
+    let sequence = scratch.file("two.json", serde_json::to_string(&sequence).expect("JSON"));
+    let proof = scratch.0.join("proof.json").display().to_string();
+    answered(&[&sequence, "--certificate", &proof]);
+    let output = verify(&sequence, &proof);
+    assert_eq!(output.status.code(), Some(0));
+    let claims: Vec<_> = lines(&output).iter().map(|l| l["claim"].clone()).collect();
+    assert_eq!(claims, ["injective", "not_injective"]);
+
+    let one = scratch.lattice("one.json", &moved(0.3));
+    let text = fs::read_to_string(&proof).expect("there");
+    for (name, text) in [
+        ("wrong.json", "{}".to_owned()),
+        ("cut.json", text[..text.len() / 2].to_owned()),
+        ("empty.json", String::new()),
+        ("none.json", "{\"certificates\":[]}".to_owned()),
+        ("two-proofs.json", text),
+    ] {
+        let proof = scratch.file(name, text);
+        let output = verify(&one, &proof);
+        assert_eq!(output.status.code(), Some(2), "{name}");
+        assert!(output.stdout.is_empty());
+    }
+    let output = check(&[&one, &sequence, "--certificate", &proof, "--force"]);
+    assert_eq!(output.status.code(), Some(2));
+}
+
+#[test]
+fn what_is_undecided_gets_no_certificate() {
+    let scratch = Scratch::new("uncertified");
+    let lattice = scratch.lattice("folded.json", &moved(3.0));
+    let proof = scratch.0.join("proof.json");
+    let name = proof.display().to_string();
+    let output = check(&[&lattice, "--method", "phi", "--certificate", &name]);
+    assert_eq!(output.status.code(), Some(0));
+    assert_eq!(lines(&output)[0]["verdict"], "undecided");
+    let notes = String::from_utf8(output.stderr).expect("UTF-8");
+    assert!(
+        notes.starts_with("note: no certificate is written"),
+        "{notes}"
+    );
+    assert!(!proof.exists());
+}

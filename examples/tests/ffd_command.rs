@@ -628,6 +628,7 @@ fn help_has_examples() {
         &["pull", "--help"],
         &["eval", "--help"],
         &["check", "--help"],
+        &["verify", "--help"],
     ] {
         let output = ffd(command);
         assert_eq!(output.status.code(), Some(0));

@@ -20,6 +20,7 @@
 //! | apply several deformations | [`Sequence`] |
 //! | go back | [`Lattice::inverse_point`], [`Inverse`], [`Sequence::undo_points`] |
 //! | find out whether it folds | [`Lattice::check`]; [`Checker`] in every frame |
+//! | prove that to others | [`Lattice::certify`], [`Certificate`] |
 //! | cut cells without changing anything | [`Lattice::refine`] |
 //! | store | features `serde`: see [Files](#files) |
 //!
@@ -130,6 +131,7 @@
 mod blend;
 mod bspline;
 mod bulk;
+mod certificate;
 mod direct;
 mod embedding;
 mod error;
@@ -156,6 +158,10 @@ pub use direct::{
     Constraint, DirectError, DirectManipulation, Fit, InjectiveOptions, InjectivePull, Merged,
     Pull, PullOptions, Scope, StepPolicy, Stopped,
 };
+pub use certificate::{
+    Certificate, CertificateError, Certified, Claim, CutsError, Proven, Uncertified,
+};
+pub use direct::{Constraint, DirectError, DirectManipulation, Fit, Merged, Pull, PullOptions};
 pub use embedding::Embedding;
 pub use error::FfdError;
 pub use evaluate::{Evaluation, Outside};

@@ -29,6 +29,7 @@ mod search;
 mod settle;
 mod subdivide;
 mod sufficient;
+pub(crate) mod tiling;
 mod verdict;
 
 pub use verdict::{Effort, Evidence, Map, Outcome, Place, Theorem, Undecided, Verdict};

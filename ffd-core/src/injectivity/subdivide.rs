@@ -49,7 +49,7 @@ impl<const D: usize> Search<D> {
         Some(node)
     }
 
-    fn cut(&mut self, node: Node<D>) -> [Node<D>; 2] {
+    pub(super) fn cut(&mut self, node: Node<D>) -> [Node<D>; 2] {
         let axis = self.shape.most_curved_axis(&node.coefficients);
         let largest = node.bounds.max.abs().max(node.bounds.min.abs());
         let mut high = node;

@@ -7,6 +7,7 @@
 //! | `families` | random lattices, and such as touch zero or overlap by construction |
 //! | `laws`, `named` | what holds for any lattice, and what must be said of some |
 //! | `regressions` | what once went wrong |
+//! | `certificates` | what can be proven of them again, and what cannot |
 //! | `bulk` | many random lattices, a hundred thousand in the long form |
 
 #![allow(
@@ -19,6 +20,7 @@
 )]
 
 mod bulk;
+mod certificates;
 mod claims;
 #[path = "../common/mod.rs"]
 mod common;

@@ -3,7 +3,10 @@
 use std::{io, path::Path, time::Instant};
 
 use clap::ValueEnum as _;
-use examples::command::{print_error, print_line};
+use examples::{
+    command::{print_error, print_line},
+    output::write_new_file,
+};
 use ffd_core::{
     CheckOptions, ConicHull, Evidence, Lattice, Method, Outcome, Place, Sequence, Undecided,
 };
@@ -31,11 +34,25 @@ pub(crate) fn run(arguments: &Check) -> Result<Answer, Error> {
             return Err(format!("{name}: only the exact method can tell").into());
         }
     }
+    let output = arguments.certificate.as_deref();
+    if let Some(output) = output {
+        let [lattice] = arguments.lattices.as_slice() else {
+            return Err("--certificate: only one lattice file can be certified at a time".into());
+        };
+        files::check_output(output, arguments.force, &[lattice])?;
+    }
+    let mut notes = Vec::new();
     let mut complete = true;
     for path in &arguments.lattices {
         let somebody_reads = match files::read_any_sequence(path) {
-            Ok(AnySequence::Plane(sequence)) => check(&sequence, path, arguments.method, &options)?,
-            Ok(AnySequence::Space(sequence)) => check(&sequence, path, arguments.method, &options)?,
+            Ok(AnySequence::Plane(sequence)) => {
+                notes.extend(certify(&sequence, arguments, &options)?);
+                check(&sequence, path, arguments.method, &options)?
+            }
+            Ok(AnySequence::Space(sequence)) => {
+                notes.extend(certify(&sequence, arguments, &options)?);
+                check(&sequence, path, arguments.method, &options)?
+            }
             Err(error) => {
                 print_error(&error);
                 complete = false;
@@ -46,7 +63,47 @@ pub(crate) fn run(arguments: &Check) -> Result<Answer, Error> {
             break;
         }
     }
-    Ok(Answer::printed(complete))
+    Ok(Answer::printed(complete).with_notes(notes))
+}
+
+/// Writes the certificates of all lattices, if that is asked for. Returns why that cannot be
+/// done, and where they claim less than the verdicts.
+fn certify<const D: usize>(
+    sequence: &Sequence<D>,
+    arguments: &Check,
+    options: &CheckOptions,
+) -> Result<Vec<String>, Error> {
+    let Some(output) = arguments.certificate.as_deref() else {
+        return Ok(Vec::new());
+    };
+    let mut notes = Vec::new();
+    let mut certificates = Vec::new();
+    for (index, lattice) in sequence.lattices().iter().enumerate() {
+        let certified = lattice.certify(options);
+        let verdict = certified.verdict.outcome.name();
+        match certified.certificate {
+            Ok(certificate) => {
+                let claim = certificate.claim().name();
+                if claim != verdict {
+                    notes.push(format!(
+                        "lattice {index} is {verdict}, but certified {claim}"
+                    ));
+                }
+                certificates.push(certificate);
+            }
+            Err(error) => {
+                return Ok(vec![format!(
+                    "no certificate is written, as lattice {index} has none: {error}"
+                )]);
+            }
+        }
+    }
+    let bytes = match certificates.as_slice() {
+        [certificate] => serde_json::to_vec(certificate)?,
+        all => serde_json::to_vec(&json!({ "certificates": all }))?,
+    };
+    write_new_file(output, &bytes, arguments.force)?;
+    Ok(notes)
 }
 
 /// Judges the lattices of a file, one by one. Returns whether anybody still reads.

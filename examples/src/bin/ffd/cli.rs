@@ -11,15 +11,17 @@ Examples:
   ffd deform ball.obj --lattice pear.json -o pear.ply
   ffd undo pear.ply --lattice pear.json -o ball-again.obj
   ffd eval pear.json points.json
-  ffd check pear.json
+  ffd check pear.json --certificate proof.json
+  ffd verify pear.json proof.json
 
 A lattice file is JSON, {\"degree\":[3,3,3],\"cells\":[2,2,2],\"origin\":[0,0,0],
 \"axes\":[[1,0,0],[0,1,0],[0,0,1]],\"displacements\":[[dx,dy,dz],…]}, or
 {\"sequence\":[lattice,…]}; the documentation has the details.
 
 Each command prints a summary as JSON to standard output, and notes to standard
-error; `check` prints a line of JSON for each lattice. It exits with 0 if it did what it
-was asked, with 2 if the input is bad; then no file is written.
+error; `check` and `verify` print a line of JSON for each lattice. It exits with 0 if it
+did what it was asked, with 1 if a certificate was rejected, with 2 if the input is bad;
+then no file is written.
 ";
 
 const DEFORM_EXAMPLES: &str = "\
@@ -68,6 +70,7 @@ Examples:
   ffd check pear.json
   ffd check *.json --enclose 1e-6             and the minimum of det J, to a millionth
   ffd check bend.json --method conic          a faster test that gives up more often
+  ffd check bend.json --certificate proof.json and a proof, for `ffd verify`
 
 Prints a line for each lattice, as soon as it is judged:
 
@@ -93,8 +96,29 @@ The lattices of a sequence are judged one by one. If all are injective by
 `identity_border`, so is the whole sequence; with other theorems only if each lattice
 takes its domain into that of the next.
 
+A certificate is written only if every lattice of the file has one; a note says so if not.
+
 All files that can be read are judged. The exit code is 0 if these are all, whatever the
 verdicts; else 2.
+";
+
+const VERIFY_EXAMPLES: &str = "\
+Examples:
+  ffd check bend.json --certificate proof.json
+  ffd verify bend.json proof.json
+
+Prints a line for each lattice:
+
+  {\"valid\":true,\"claim\":\"injective\",\"theorem\":\"p_matrix\",\"min_det\":0.52,
+   \"reason\":null,\"index\":0}                                    (on one line)
+
+claim     what the certificate says of the lattice, in the words of `ffd check`
+theorem   why the map is one-to-one; null unless it is injective
+min_det   a lower bound of det J on the closed domain; null unless that is positive
+reason    why a certificate is rejected; then nothing is proven, nor disproven
+
+Everything is computed again from the lattice in exact arithmetic. The exit code is 0 if
+all certificates are valid, 1 if one is rejected, 2 if a file cannot be read.
 ";
 
 /// Deforms meshes by lattices of control points (free-form deformation).
@@ -124,6 +148,9 @@ pub(crate) enum Command {
     /// Finds out whether lattices fold, with proof
     #[command(after_help = CHECK_EXAMPLES)]
     Check(Check),
+    /// Checks certificates of `ffd check` in exact arithmetic
+    #[command(after_help = VERIFY_EXAMPLES)]
+    Verify(Verify),
 }
 
 #[derive(Debug, Args)]
@@ -195,6 +222,22 @@ pub(crate) struct Check {
     /// Also list all cells that are not regular, as `irregular_cells`
     #[arg(long)]
     pub(crate) all_cells: bool,
+    /// Also write a proof of the verdict, for one lattice file
+    #[arg(long, value_name = "OUT")]
+    pub(crate) certificate: Option<PathBuf>,
+    /// Replace a certificate that is there already
+    #[arg(long, requires = "certificate")]
+    pub(crate) force: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Verify {
+    /// The lattice, or a sequence of lattices
+    #[arg(value_name = "L.json")]
+    pub(crate) lattice: PathBuf,
+    /// What `ffd check --certificate` has written
+    #[arg(value_name = "CERT.json")]
+    pub(crate) certificate: PathBuf,
 }
 
 #[derive(Debug, Args)]

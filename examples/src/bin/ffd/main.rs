@@ -1,6 +1,6 @@
 //! Free-form deformation for those who do not write programs: deforms mesh files by
-//! lattice files, undoes that, drags points, evaluates lattices, and finds out whether they
-//! fold.
+//! lattice files, undoes that, drags points, evaluates lattices, finds out whether they
+//! fold, and checks proofs of that.
 
 mod check;
 mod cli;
@@ -9,6 +9,7 @@ mod eval;
 mod files;
 mod pull;
 mod undo;
+mod verify;
 
 use std::process::ExitCode;
 
@@ -24,5 +25,6 @@ fn main() -> ExitCode {
         Command::Pull(arguments) => pull::run(arguments),
         Command::Eval(arguments) => eval::run(arguments),
         Command::Check(arguments) => check::run(arguments),
+        Command::Verify(arguments) => verify::run(arguments),
     })
 }
