@@ -21,6 +21,7 @@
 //! | find out whether it folds | [`Lattice::check`]; [`Checker`] in every frame |
 //! | cut cells without changing anything | [`Lattice::refine`] |
 //! | store | features `serde`: see [Files](#files) |
+//! | test code of your own | feature `proptest`: `strategies` for lattices of which it is known whether they fold |
 //!
 //! Points are `[f64; D]`; functions over many points take slices of any vector type that
 //! converts to and from `[f64; D]` or `[f32; D]`: arrays, glam, nalgebra, mint, cgmath.
@@ -148,6 +149,8 @@ mod places;
 mod rows;
 mod scalar;
 mod sequence;
+#[cfg(feature = "proptest")]
+pub mod strategies;
 mod tangent;
 
 pub use bspline::{Axis, Degree, Knots, MAX_ORDER};
