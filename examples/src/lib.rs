@@ -43,3 +43,8 @@ pub mod warp;
 #[cfg(doctest)]
 #[doc = include_str!("../../docs/src/injectivity.md")]
 struct Guide;
+
+/// Compiles and runs the examples of the guide to property tests.
+#[cfg(doctest)]
+#[doc = include_str!("../../docs/src/property-testing.md")]
+struct PropertyTesting;

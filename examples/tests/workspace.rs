@@ -21,7 +21,9 @@ fn no_library_depends_on_another() {
         seen += 1;
         for dependency in package["dependencies"].as_array().expect("a list") {
             let on = dependency["name"].as_str().expect("a name");
-            assert!(!LIBRARIES.contains(&on), "{name} depends on {on}");
+            // On itself, to test with its own features.
+            let is_other = on != name && LIBRARIES.contains(&on);
+            assert!(!is_other, "{name} depends on {on}");
         }
     }
     assert_eq!(

@@ -23,6 +23,7 @@
 //! | prove that to others | [`Lattice::certify`], [`Certificate`] |
 //! | cut cells without changing anything | [`Lattice::refine`] |
 //! | store | features `serde`: see [Files](#files) |
+//! | test code of your own | feature `proptest`: `strategies` for lattices of which it is known whether they fold |
 //!
 //! Points are `[f64; D]`; functions over many points take slices of any vector type that
 //! converts to and from `[f64; D]` or `[f32; D]`: arrays, glam, nalgebra, mint, cgmath.
@@ -151,17 +152,18 @@ mod places;
 mod rows;
 mod scalar;
 mod sequence;
+#[cfg(feature = "proptest")]
+pub mod strategies;
 mod tangent;
 
 pub use bspline::{Axis, Degree, Knots, MAX_ORDER};
+pub use certificate::{
+    Certificate, CertificateError, Certified, Claim, CutsError, Proven, Uncertified,
+};
 pub use direct::{
     Constraint, DirectError, DirectManipulation, Fit, InjectiveOptions, InjectivePull, Merged,
     Pull, PullOptions, Scope, StepPolicy, Stopped,
 };
-pub use certificate::{
-    Certificate, CertificateError, Certified, Claim, CutsError, Proven, Uncertified,
-};
-pub use direct::{Constraint, DirectError, DirectManipulation, Fit, Merged, Pull, PullOptions};
 pub use embedding::Embedding;
 pub use error::FfdError;
 pub use evaluate::{Evaluation, Outside};

@@ -43,7 +43,7 @@
 //!   Graphical Models 62 (2000).
 
 use super::partials::{Partials, UNIT};
-use crate::{Knots, Lattice};
+use crate::{Grid, Knots, Lattice};
 
 /// K for one axis, in the order of degrees.
 const UNIFORM_1: [f64; 5] = [2.000001, 2.000001, 1.500001, 1.333334, 1.197917];
@@ -89,12 +89,12 @@ fn uniform(degrees: &[usize]) -> f64 {
     }
 }
 
-/// An upper bound of K for a lattice.
-fn constant<const D: usize>(lattice: &Lattice<D>) -> f64 {
+/// An upper bound of K for lattices on a grid.
+fn constant<const D: usize>(grid: &Grid<D>) -> f64 {
     let mut degrees = [0; 3];
     let mut count = 0;
     let mut sum = 0.0;
-    for axis in lattice.grid().axes() {
+    for axis in grid.axes() {
         let n = axis.degree().get();
         match axis.knots() {
             Knots::Uniform => {
@@ -106,6 +106,14 @@ fn constant<const D: usize>(lattice: &Lattice<D>) -> f64 {
     }
     degrees[..count].sort_unstable_by(|a, b| b.cmp(a));
     sum + uniform(&degrees[..count])
+}
+
+/// A displacement in cells along each axis, exclusive, up to which lattices on a grid are
+/// one-to-one.
+#[cfg(feature = "proptest")]
+pub(crate) fn displacement_bound<const D: usize>(grid: &Grid<D>) -> f64 {
+    // The division is rounded.
+    (1.0 - 2.0 * UNIT) / constant(grid)
 }
 
 /// A cell on which a control point acts that moves too far, if there is one: counted from
@@ -121,7 +129,7 @@ pub(super) fn failing_cell<const D: usize>(
     let inverse = grid.frame().inverse();
     // Not larger than 1 − ‖M A − I‖∞.
     let [identity, _] = partials.frame_determinant;
-    let allowed = identity * (1.0 - 8.0 * UNIT) / constant(lattice);
+    let allowed = identity * (1.0 - 8.0 * UNIT) / constant(grid);
     let moves_too_far = |d: &[f64; D]| {
         inverse.iter().any(|row| {
             let terms = row.iter().zip(d).map(|(m, d)| m * d);
@@ -394,7 +402,7 @@ mod tests {
     fn clamped_constants_are_reached_in_a_corner() {
         let n = 3;
         let clamped = [Knots::Clamped; 2];
-        assert!((constant(&lattice([n; 2], clamped, |_| [0.0; 2])) - 12.0).abs() < 1e-15);
+        assert!((constant(lattice([n; 2], clamped, |_| [0.0; 2]).grid()) - 12.0).abs() < 1e-15);
         let d = 1.0 / 12.0;
         let folded = lattice([n; 2], clamped, |i| {
             // The corner's own control point, whose gradient is −3 (1, 1), and the others.

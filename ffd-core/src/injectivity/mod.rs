@@ -36,6 +36,9 @@ pub use verdict::{Effort, Evidence, Map, Outcome, Place, Theorem, Undecided, Ver
 
 pub use checker::Checker;
 
+#[cfg(feature = "proptest")]
+pub(crate) use choi_lee::displacement_bound;
+
 use crate::Lattice;
 
 /// How a deformation is tested.

@@ -6,6 +6,7 @@
 //! | `claims` | holds every word of a verdict against the oracle |
 //! | `families` | random lattices, and such as touch zero or overlap by construction |
 //! | `laws`, `named` | what holds for any lattice, and what must be said of some |
+//! | `strategies` | those for users keep what they promise |
 //! | `regressions` | what once went wrong |
 //! | `certificates` | what can be proven of them again, and what cannot |
 //! | `bulk` | many random lattices, a hundred thousand in the long form |
@@ -30,3 +31,4 @@ mod named;
 mod oracle;
 mod oracle_facts;
 mod regressions;
+mod strategies;
