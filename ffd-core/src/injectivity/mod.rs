@@ -27,6 +27,7 @@ mod queue;
 mod samples;
 mod search;
 mod settle;
+mod step;
 mod subdivide;
 mod sufficient;
 mod verdict;
@@ -34,6 +35,7 @@ mod verdict;
 pub use verdict::{Effort, Evidence, Map, Outcome, Place, Theorem, Undecided, Verdict};
 
 pub use checker::Checker;
+pub use step::{SafeStep, StepOptions};
 
 use crate::Lattice;
 

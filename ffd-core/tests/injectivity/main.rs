@@ -7,6 +7,7 @@
 //! | `families` | random lattices, and such as touch zero or overlap by construction |
 //! | `laws`, `named` | what holds for any lattice, and what must be said of some |
 //! | `regressions` | what once went wrong |
+//! | `safe_step` | how far a lattice can go, against exact values on the way |
 //! | `bulk` | many random lattices, a hundred thousand in the long form |
 
 #![allow(
@@ -28,3 +29,4 @@ mod named;
 mod oracle;
 mod oracle_facts;
 mod regressions;
+mod safe_step;

@@ -12,6 +12,7 @@ Examples:
   ffd undo pear.ply --lattice pear.json -o ball-again.obj
   ffd eval pear.json points.json
   ffd check pear.json
+  ffd step rest.json pear.json
 
 A lattice file is JSON, {\"degree\":[3,3,3],\"cells\":[2,2,2],\"origin\":[0,0,0],
 \"axes\":[[1,0,0],[0,1,0],[0,0,1]],\"displacements\":[[dx,dy,dz],…]}, or
@@ -97,6 +98,26 @@ All files that can be read are judged. The exit code is 0 if these are all, what
 verdicts; else 2.
 ";
 
+const STEP_EXAMPLES: &str = "\
+Examples:
+  ffd step rest.json pear.json
+  ffd step before.json after.json --width 1e-9
+
+Displacements go on a straight way from those of the first file, at t = 0, to those of the
+second, at t = 1, on the same grid. Prints {\"t\":[lo,hi]} around the first t at which det J
+is zero anywhere on the closed domain: it is proven to be positive everywhere for all t up
+to lo, and not positive somewhere for some t up to hi.
+
+  [1,null]   nothing folds up to t = 1
+  [0,0]      the first lattice is folded, or det J is zero somewhere
+  [lo,null]  no fold was found, but lo is as far as anything was proven
+
+Of two sequences of the same length, each lattice goes to the one at the same place, all
+at the same t. The answer is about the first of all lattices that folds: up to lo each is
+regular, and so is their composition as far as each takes its domain into that of the
+next; at some t up to hi one of them is not.
+";
+
 /// Deforms meshes by lattices of control points (free-form deformation).
 ///
 /// Meshes are OBJ, PLY or STL files, told apart by their names.
@@ -124,6 +145,9 @@ pub(crate) enum Command {
     /// Finds out whether lattices fold, with proof
     #[command(after_help = CHECK_EXAMPLES)]
     Check(Check),
+    /// Finds out how far a lattice can go towards another before it folds, with proof
+    #[command(after_help = STEP_EXAMPLES)]
+    Step(Step),
 }
 
 #[derive(Debug, Args)]
@@ -195,6 +219,19 @@ pub(crate) struct Check {
     /// Also list all cells that are not regular, as `irregular_cells`
     #[arg(long)]
     pub(crate) all_cells: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Step {
+    /// The lattice at t = 0, or a sequence of lattices
+    #[arg(value_name = "L0.json")]
+    pub(crate) from: PathBuf,
+    /// The lattice at t = 1 on the same grid, or as many
+    #[arg(value_name = "L1.json")]
+    pub(crate) to: PathBuf,
+    /// The width of the enclosure relative to its upper end
+    #[arg(long, value_name = "WIDTH", default_value = "1e-6", allow_hyphen_values = true, value_parser = parse_width)]
+    pub(crate) width: f64,
 }
 
 #[derive(Debug, Args)]

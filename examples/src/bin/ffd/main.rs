@@ -1,6 +1,6 @@
 //! Free-form deformation for those who do not write programs: deforms mesh files by
 //! lattice files, undoes that, drags points, evaluates lattices, and finds out whether they
-//! fold.
+//! fold, or when.
 
 mod check;
 mod cli;
@@ -8,6 +8,7 @@ mod deform;
 mod eval;
 mod files;
 mod pull;
+mod step;
 mod undo;
 
 use std::process::ExitCode;
@@ -24,5 +25,6 @@ fn main() -> ExitCode {
         Command::Pull(arguments) => pull::run(arguments),
         Command::Eval(arguments) => eval::run(arguments),
         Command::Check(arguments) => check::run(arguments),
+        Command::Step(arguments) => step::run(arguments),
     })
 }
