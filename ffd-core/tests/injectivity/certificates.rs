@@ -213,11 +213,11 @@ fn touching() -> Lattice<2> {
     }
 }
 
+/// Lattices, and how they are tested.
+type Samples<const D: usize> = Vec<(Lattice<D>, CheckOptions)>;
+
 /// One lattice for every claim and theorem, with the options under which it gets it.
-fn samples() -> (
-    Vec<(Lattice<2>, CheckOptions)>,
-    Vec<(Lattice<3>, CheckOptions)>,
-) {
+fn samples() -> (Samples<2>, Samples<3>) {
     let plain = CheckOptions::default();
     let method = |method| CheckOptions { method, ..plain };
     let cones = method(Method::Conic(ConicHull {
