@@ -298,12 +298,34 @@ fn largest_safe_steps(c: &mut Criterion) {
     group.finish();
 }
 
+/// Making and checking the certificates of 10 × 10 × 10 cells, for the sign alone and with a
+/// theorem.
+fn certificates(c: &mut Criterion) {
+    let mut group = c.benchmark_group("injectivity_certificate");
+    group.sample_size(10).sampling_mode(SamplingMode::Flat);
+    group.throughput(Throughput::Elements(1000));
+    let lattice = noise(10, 0.2, 1);
+    let global = CheckOptions::default();
+    for (name, options) in [("sign", exact()), ("theorem", global)] {
+        let certificate = lattice.certify(&options).certificate.expect("regular");
+        assert!(certificate.verify(&lattice).is_ok());
+        group.bench_function(format!("verify, {name}"), |b| {
+            b.iter(|| black_box(&certificate).verify(&lattice));
+        });
+        group.bench_function(format!("certify, {name}"), |b| {
+            b.iter(|| black_box(&lattice).certify(&options));
+        });
+    }
+    group.finish();
+}
+
 criterion_group!(
     injectivity,
     exact_test,
     largest_safe_steps,
     incremental,
     other_methods,
-    oblique_sheets
+    oblique_sheets,
+    certificates
 );
 criterion_main!(injectivity);

@@ -42,6 +42,7 @@ pub mod warp;
 /// Compiles and runs the examples of the guide.
 #[cfg(doctest)]
 #[doc = include_str!("../../docs/src/injectivity.md")]
+#[doc = include_str!("../../docs/src/certificates.md")]
 struct Guide;
 
 /// Compiles and runs the examples of the guide to property tests.

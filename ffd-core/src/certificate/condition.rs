@@ -103,11 +103,9 @@ impl<const D: usize> Condition<'_, D> {
         // One more for the sign.
         match (self.bits(cell, tree) + 1).div_ceil(64) {
             0..=4 => self.walk::<Wide<4>>(cell, tree),
-            5 => self.walk::<Wide<5>>(cell, tree),
-            6 => self.walk::<Wide<6>>(cell, tree),
+            5..=6 => self.walk::<Wide<6>>(cell, tree),
             7..=8 => self.walk::<Wide<8>>(cell, tree),
-            9..=12 => self.walk::<Wide<12>>(cell, tree),
-            13..=24 => self.walk::<Wide<24>>(cell, tree),
+            9..=16 => self.walk::<Wide<16>>(cell, tree),
             _ => self.walk::<IBig>(cell, tree),
         }
     }

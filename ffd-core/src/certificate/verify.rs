@@ -73,7 +73,7 @@ pub enum CertificateError {
 impl<const D: usize> Certificate<D> {
     /// Checks all that the certificate claims of a lattice, in exact arithmetic.
     ///
-    /// Takes about a millisecond for each cell or box of a cubic lattice in space.
+    /// Work is proportional to the number of cells and boxes; without threads.
     ///
     /// # Errors
     ///

@@ -180,6 +180,9 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
+    /// Something done to a number, with two others, a factor and a number of bits.
+    type Operation = fn(&mut Wide<4>, &[Wide<4>; 2], u64, usize);
+
     fn big() -> impl Strategy<Value = IBig> {
         let number = |(bytes, shift): (Vec<u8>, usize)| {
             let value = IBig::from_le_bytes(&bytes);
@@ -213,7 +216,7 @@ mod tests {
         ) {
             let wide = |value: &IBig| Wide::<4>::from_big(value);
             same(wide(&a), a.clone())?;
-            let all: [fn(&mut Wide<4>, &[Wide<4>; 2], u64, usize); 5] = [
+            let all: [Operation; 5] = [
                 |x, [b, _], _, _| x.add(b),
                 |x, [b, _], factor, _| x.add_scaled(b, factor),
                 |x, [b, c], _, _| x.add_product(b, c),

@@ -201,11 +201,23 @@ fn reversed<const D: usize>(grid: Grid<D>) -> Lattice<D> {
     Lattice::new(grid, displacements).unwrap()
 }
 
+/// A lattice that is found to be degenerate.
+fn touching() -> Lattice<2> {
+    let mut random = Random::new(4);
+    loop {
+        let (lattice, _) = random_touching::<2>(&mut random);
+        let verdict = lattice.check(&CheckOptions::default());
+        if matches!(verdict.outcome, Outcome::Degenerate { .. }) {
+            return lattice;
+        }
+    }
+}
+
+/// Lattices, and how they are tested.
+type Samples<const D: usize> = Vec<(Lattice<D>, CheckOptions)>;
+
 /// One lattice for every claim and theorem, with the options under which it gets it.
-fn samples() -> (
-    Vec<(Lattice<2>, CheckOptions)>,
-    Vec<(Lattice<3>, CheckOptions)>,
-) {
+fn samples() -> (Samples<2>, Samples<3>) {
     let plain = CheckOptions::default();
     let method = |method| CheckOptions { method, ..plain };
     let cones = method(Method::Conic(ConicHull {
@@ -227,7 +239,7 @@ fn samples() -> (
         (noise(grid([3, 3], [2, 2]), 0.3), method(Method::ChoiLee)),
         (noise(grid([3, 3], [2, 2]), 2.0), plain),
         (reversed(grid([2, 3], [2, 2])), plain),
-        (random_touching::<2>(&mut Random::new(4)).0, plain),
+        (touching(), plain),
         (random_ring::<2>(&mut Random::new(3)), plain),
         (skewed([3, 3], 0.3, 5), plain),
     ];
