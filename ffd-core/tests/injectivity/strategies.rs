@@ -357,7 +357,15 @@ fn impossible_options_are_refused() {
             assert_eq!(reason.unwrap_err().message(), message);
         }
     };
-    let cells = "cells: from 0 to 2 is no range from 1 on";
+    let cells = "cells: from 1 to 33 is no range between 1 and 32";
+    refused(
+        GridOptions {
+            cells: [1, 33],
+            ..any
+        },
+        cells,
+    );
+    let cells = "cells: from 0 to 2 is no range between 1 and 32";
     refused(
         GridOptions {
             cells: [0, 2],
