@@ -4,6 +4,10 @@ use super::numbers::{Layout, Made, Reader};
 use crate::{Border, Degree, Frame, Grid, Knots, MAX_ORDER};
 use proptest::strategy::Strategy;
 
+/// For tests there is no need of more along an axis; numbers for the displacements of all
+/// control points are drawn in advance.
+const MOST_CELLS: usize = 32;
+
 /// An identity border makes a domain many times larger, and a test of it that much slower.
 /// Unless it is asked for, it is laid only where the domain then has no more cells.
 const MOST_CELLS_WITH_BORDER: usize = 125;
@@ -11,14 +15,14 @@ const MOST_CELLS_WITH_BORDER: usize = 125;
 /// Which grids a strategy may choose.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct GridOptions {
-    /// Fewest and most cells along each axis.
+    /// Fewest and most cells along each axis, from 1 to 32.
     pub cells: [usize; 2],
     /// Lowest and highest degree, from 1 to 5, chosen for each axis.
     pub degrees: [usize; 2],
     /// The knots; `None` for either kind, chosen for each axis.
     pub knots: Option<Knots>,
     /// The border; `None` for either kind. An identity border, which needs uniform knots
-    /// and more cells, is then laid around small grids only.
+    /// and more cells, is then laid only where the domain has at most 125 cells.
     pub border: Option<Border>,
     /// The frames, which shrink to the unit frame.
     pub frames: Frames,
@@ -54,9 +58,9 @@ impl GridOptions {
     /// What is wrong with these options, if anything is.
     pub(super) fn check(&self) -> Result<(), String> {
         let [fewest, most] = self.cells;
-        if fewest == 0 || most < fewest || i32::try_from(most).is_err() {
+        if fewest == 0 || most < fewest || most > MOST_CELLS {
             return Err(format!(
-                "cells: from {fewest} to {most} is no range from 1 on"
+                "cells: from {fewest} to {most} is no range between 1 and {MOST_CELLS}"
             ));
         }
         let [lowest, highest] = self.degrees;

@@ -20,10 +20,12 @@ use proptest::strategy::Strategy;
 use std::f64::consts::{PI, TAU};
 
 /// How many units of the last binary digit of a control point are one.
-const UNIT: f64 = (1 << 20) as f64;
+const UNIT: f64 = 4096.0;
 
-/// Fewest cells once round, beyond what the degree needs.
-const FEWEST: usize = 8;
+/// Fewest cells once round along an axis of degree n.
+fn fewest(n: usize) -> usize {
+    (4 * n).max(8)
+}
 
 /// Lattices with `det J > 0` everywhere that are not one-to-one all the same: a strip is
 /// wound round and lies on itself for one to four cells, where points that are once round
@@ -50,7 +52,7 @@ pub fn overlapping<const D: usize>(
         layout.push(0..=8);
         layout.push(0..=3);
         let mut points = [1 + options.degrees[1]; D];
-        points[0] = (4 * options.degrees[1]).max(FEWEST) + 8;
+        points[0] = fewest(options.degrees[1]) + 8;
         layout.push_field(points, 64);
         layout
     });
@@ -59,7 +61,7 @@ pub fn overlapping<const D: usize>(
         let along = reader.next_index();
         let across = (along + 1) % D;
         let n = shape.degrees[along];
-        let round = (4 * n).max(FEWEST) + reader.next_index();
+        let round = fewest(n) + reader.next_index();
         shape.cells[along] = round + 1 + reader.next_index();
         shape.knots[along] = Knots::Uniform;
         let numbers = reader.rest();
@@ -68,10 +70,11 @@ pub fn overlapping<const D: usize>(
         // Edges along the strip are about as long as cells.
         let radius = round as f64 / TAU + 1.0;
         let steepest = (n as f64 - 0.5) * TAU / round as f64;
-        // Not more than det J; noise changes it by less than a hundred times as much.
+        // Not more than det J. Moving control points by a part of it changes det J by less
+        // than 64 times as much, even along clamped axes. Rounding moves them by 1/8192.
         let margin = 2.0 * (PI / round as f64).sin() * steepest.cos();
         let noise = margin / 128.0;
-        let points_along = (4 * options.degrees[1]).max(FEWEST) + 8;
+        let points_along = fewest(options.degrees[1]) + 8;
         let point = |i: usize| -> [f64; D] {
             let mut indices = grid.control_point_indices(i);
             let mut place = rest(&grid, i);

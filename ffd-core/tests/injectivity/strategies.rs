@@ -1,12 +1,12 @@
 //! The strategies for users keep what they promise, and shrink to what is simple.
 
-use crate::claims::Judge;
+use crate::claims::{Judge, methods};
 use crate::oracle::{Oracle, Signs};
 use ffd_core::strategies::{
     Class, Frames, GridOptions, Known, degenerate, folded, grids, injective, known, lattices,
     near_limit, overlapping, reversed,
 };
-use ffd_core::{Border, CheckOptions, Frame, Grid, Knots, Lattice, Outcome};
+use ffd_core::{Border, CheckOptions, Frame, Grid, Knots, Lattice, Method, Outcome};
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::{Config, RngAlgorithm, TestError, TestRng, TestRunner};
@@ -222,6 +222,62 @@ fn all_classes_are_known() {
     }
 }
 
+/// No method contradicts what is known, in the plane and in space.
+fn check_methods<const D: usize>(cases: u32, options: GridOptions) {
+    let outcome = runner(cases).run(&known::<D>(options), |known| {
+        for method in methods() {
+            // It takes a millisecond a cell in space, optimised.
+            if D == 3 && method == Method::Paper {
+                continue;
+            }
+            let check = CheckOptions {
+                method,
+                ..CheckOptions::default()
+            };
+            let outcome = known.lattice.check(&check).outcome;
+            prop_assert!(known.class.allows(&outcome), "{method:?}: {outcome:?}");
+        }
+        Ok(())
+    });
+    if let Err(error) = outcome {
+        panic!("{error}");
+    }
+}
+
+#[test]
+fn no_method_contradicts_what_is_known() {
+    check_methods::<2>(150, GridOptions::default());
+    let cheap = GridOptions {
+        degrees: [1, 3],
+        ..GridOptions::default()
+    };
+    check_methods::<3>(100, cheap);
+}
+
+/// Cutting cells changes nothing but the last digits, which matter only where the
+/// determinant touches zero.
+#[test]
+fn refined_lattices_are_of_the_same_class() {
+    fn check<const D: usize>(cases: u32, options: GridOptions, factors: [usize; D]) {
+        let outcome = runner(cases).run(&known::<D>(options), |known| {
+            if known.class == Class::Degenerate {
+                return Ok(());
+            }
+            let refined = known.lattice.refine(factors).expect("a small lattice");
+            let [coarse, fine] =
+                [&known.lattice, &refined].map(|lattice| lattice.check(&CheckOptions::default()));
+            prop_assert!(known.class.allows(&fine.outcome), "{fine:?}");
+            prop_assert_eq!(coarse.is_regular(), fine.is_regular());
+            Ok(())
+        });
+        if let Err(error) = outcome {
+            panic!("{error}");
+        }
+    }
+    check::<2>(150, GridOptions::default(), [2, 3]);
+    check::<3>(60, low_degrees(), [1, 2, 2]);
+}
+
 #[test]
 fn seeds_determine_lattices() {
     let draw = || {
@@ -301,7 +357,15 @@ fn impossible_options_are_refused() {
             assert_eq!(reason.unwrap_err().message(), message);
         }
     };
-    let cells = "cells: from 0 to 2 is no range from 1 on";
+    let cells = "cells: from 1 to 33 is no range between 1 and 32";
+    refused(
+        GridOptions {
+            cells: [1, 33],
+            ..any
+        },
+        cells,
+    );
+    let cells = "cells: from 0 to 2 is no range between 1 and 32";
     refused(
         GridOptions {
             cells: [0, 2],
