@@ -3,6 +3,9 @@
 /// Halvings in the search for a root: what is left is below a double's last digits.
 const HALVINGS: u32 = 48;
 
+/// Sums of larger coefficients might overflow.
+const LARGEST: f64 = 1e300;
+
 /// A polynomial in s by its Bernstein coefficients; of which there are `D + 1`.
 pub(super) type Along = [f64; 4];
 
@@ -23,6 +26,10 @@ fn halves<const D: usize>(p: &Along) -> [Along; 2] {
 ///
 /// A few hundred roundings relative to the largest coefficient are in the value.
 pub(super) fn first_fall<const D: usize>(p: &Along) -> Option<f64> {
+    // What is not a number is neither positive nor not, in all of its halves.
+    if !p[..=D].iter().all(|c| c.abs() <= LARGEST) {
+        return None;
+    }
     let mut open = vec![(*p, 0.0, 0_u32)];
     while let Some((p, from, level)) = open.pop() {
         if p[0] <= 0.0 {
@@ -83,6 +90,8 @@ mod tests {
         let found = first_fall::<3>(&[1.0, 1.0, 1.0, 1.0 - 1.0 / 0.3]).unwrap();
         assert!((found - 0.3_f64.cbrt()).abs() < 1e-13, "{found}");
         assert_eq!(first_fall::<2>(&[1.0, -0.9, 1.0, 0.0]), None);
+        assert_eq!(first_fall::<2>(&[1.0, f64::NAN, 1.0, 0.0]), None);
+        assert_eq!(first_fall::<2>(&[f64::INFINITY, -1.0, 1.0, 0.0]), None);
         assert_eq!(
             first_fall::<2>(&[1.0, -1.1, 1.0, 0.0]).map(|s| s < 0.5),
             Some(true)

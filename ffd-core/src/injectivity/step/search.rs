@@ -111,13 +111,12 @@ impl<'a, const D: usize> Search<'a, D> {
                 return next.safe;
             }
             if self.effort.boxes >= allowed {
-                let safe = next.safe;
                 self.doubtful.push(next);
                 self.doubtful.extend(waiting);
                 for left in &mut self.doubtful {
                     left.coefficients = Vec::new();
                 }
-                return safe;
+                break;
             }
             if next.coefficients.is_empty() && next.error < f64::INFINITY {
                 next = self.rebuild(&section, &next);
