@@ -11,7 +11,9 @@ use benches::scattered;
 use criterion::{
     BenchmarkId, Criterion, SamplingMode, Throughput, criterion_group, criterion_main,
 };
-use ffd_core::{CheckOptions, Checker, ConicHull, Degree, Frame, Grid, Lattice, Method};
+use ffd_core::{
+    CheckOptions, Checker, ConicHull, Degree, Frame, Grid, Lattice, Method, StepOptions,
+};
 use serde_json::{Map, Value, json};
 
 /// Cells that are judged one by one.
@@ -278,9 +280,28 @@ fn oblique_sheets(c: &mut Criterion) {
     group.finish();
 }
 
+/// How far random displacements can go from rest before something folds, to a millionth.
+fn largest_safe_steps(c: &mut Criterion) {
+    let options = StepOptions::default();
+    let mut group = c.benchmark_group("injectivity_step");
+    group.sample_size(20);
+    for cells in [4_usize, 10] {
+        let to = noise(cells, 1.0, 1);
+        let rest = Lattice::at_rest(to.grid().clone()).expect("memory");
+        let step = || rest.largest_safe_step(black_box(&to), &options);
+        let [low, high] = step().expect("the same grid").t;
+        assert!(high < 1.0 && high - low <= options.width * high);
+        let count = cells.pow(3);
+        group.throughput(Throughput::Elements(count as u64));
+        group.bench_function(format!("{count} cells"), |b| b.iter(step));
+    }
+    group.finish();
+}
+
 criterion_group!(
     injectivity,
     exact_test,
+    largest_safe_steps,
     incremental,
     other_methods,
     oblique_sheets

@@ -1,7 +1,8 @@
 //! What small programs have in common: arguments, files to read, answers, messages.
 //!
 //! They print JSON to standard output and one line for each message to standard error,
-//! and exit with 0 if they have answered, 1 if what they were to check did not hold, and 2 if
+//! and exit with 0 if they have answered, 1 if what they were to check does not
+//! hold or what they were to do was possible only in part, and 2 if
 //! the input is bad.
 
 use std::{
@@ -76,6 +77,19 @@ impl Answer {
             notes: Vec::new(),
             exit: if holds { Exit::Complete } else { Exit::Refused },
         }
+    }
+
+    /// An answer in JSON, and notes, for a program that could do only part of what it was
+    /// asked: it exits with 1.
+    ///
+    /// # Errors
+    ///
+    /// Those of the data.
+    pub fn short(json: &impl Serialize, notes: Vec<String>) -> serde_json::Result<Self> {
+        Ok(Self {
+            exit: Exit::Refused,
+            ..Self::new(json, notes)?
+        })
     }
 
     /// With notes of one sentence each.

@@ -1,12 +1,12 @@
 //! What a run reports: `report.json` and the table on the terminal.
 
-use std::time::Duration;
+use std::{collections::BTreeMap, time::Duration};
 
 use glove_io::hand::Finger;
 use serde::Serialize;
 
 use crate::{
-    deformer::DeformerKind,
+    deformer::{Certified, Deformer, DeformerKind},
     grasp::{GraspEvent, Phase},
     session::Outcome,
 };
@@ -62,6 +62,8 @@ pub struct FrameRecord {
     pub touching: [bool; 5],
     /// Share of the fingertips' displacement that the object could take.
     pub displaced_fraction: f64,
+    /// What was proven of the lattice it follows.
+    pub certificate: Option<Certified>,
     /// Times.
     pub times: StageTimes,
 }
@@ -156,6 +158,32 @@ pub struct ObjectReport {
     pub final_volume_m3: f64,
 }
 
+/// What was proven of the lattices that an object followed.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FreeFormReport {
+    /// How many frames had which verdict: each is proven not to fold before the object
+    /// follows it.
+    pub verdicts: BTreeMap<&'static str, usize>,
+    /// Frames in which the fingers asked for a lattice that folds: the object went as far
+    /// towards it as it safely could.
+    pub stopped_frames: usize,
+    /// How far that was in each of them, as a share of the way from the frame before.
+    pub steps: Vec<f64>,
+    /// Bounds of the least determinant of the Jacobian in all frames.
+    pub min_det: [f64; 2],
+    /// The same frame by frame, for those in which the object gave way.
+    pub min_det_by_frame: Vec<(usize, [f64; 2])>,
+    /// Lattices in the journal: the shapes that were kept, and the last one.
+    pub journal: usize,
+    /// The file that holds them, beside this report.
+    pub journal_file: &'static str,
+    /// How far the object was moved besides, to keep its centre of mass, metres.
+    pub moved_m: [f64; 3],
+    /// The largest distance of a node from where it was at first after everything is
+    /// undone, metres; `null` if there is no way back.
+    pub round_trip_error_m: Option<f64>,
+}
+
 /// One grasp, from attaching to release.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct GraspReport {
@@ -182,6 +210,9 @@ pub struct StreamReport {
 
 /// Name of the file that holds the object as it ended.
 pub const OBJECT_FILE: &str = "object.txt";
+
+/// Name of the file that holds the lattices which made its shape.
+pub const JOURNAL_FILE: &str = "journal.json";
 
 /// Everything in `report.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -215,6 +246,8 @@ pub struct Report {
     /// Frames in which the fingers would have taken more than nine tenths of its volume
     /// from an element, and their displacement was scaled back.
     pub limited_frames: usize,
+    /// What was proven, with `--deformer ffd`.
+    pub free_form: Option<FreeFormReport>,
     /// Times a frame used a device's last record because no new one had come, counted
     /// for each device.
     pub held_samples: u64,
@@ -282,6 +315,7 @@ impl Report {
                 .iter()
                 .filter(|f| f.displaced_fraction < 1.0)
                 .count(),
+            free_form: free_form(outcome),
             held_samples: outcome.held_samples,
             clamped_sensors: outcome.clamped_sensors,
             glove: stream(outcome.counters[0]),
@@ -347,6 +381,26 @@ impl Report {
                 refused.frame, refused.reason
             ));
         }
+        if let Some(free_form) = &self.free_form {
+            let verdicts = free_form.verdicts.iter();
+            let verdicts: Vec<String> = verdicts
+                .map(|(verdict, count)| format!("{verdict} in {count} frames"))
+                .collect();
+            line(format_args!(
+                "lattice: {}; least det J {:.3}; stopped short of a fold in {} frames",
+                verdicts.join(", "),
+                free_form.min_det[0],
+                free_form.stopped_frames
+            ));
+            let undone = free_form.round_trip_error_m.map_or_else(
+                || "cannot be undone".to_owned(),
+                |error| format!("undone to {error:.1e} m"),
+            );
+            line(format_args!(
+                "  {} in the journal, {undone}",
+                free_form.journal
+            ));
+        }
         line(format_args!(""));
         line(format_args!(
             "{:<12}{:>12}{:>12}{:>12}",
@@ -362,6 +416,41 @@ impl Report {
         line(format_args!("final positions: hash {}", self.position_hash));
         out
     }
+}
+
+fn free_form(outcome: &Outcome) -> Option<FreeFormReport> {
+    let Deformer::FreeForm(free_form) = outcome.object.deformer() else {
+        return None;
+    };
+    let mut verdicts = BTreeMap::new();
+    let (mut steps, mut min_det) = (Vec::new(), [1.0_f64; 2]);
+    let mut min_det_by_frame = Vec::new();
+    for record in &outcome.frames {
+        let Some(certified) = record.certificate else {
+            continue;
+        };
+        *verdicts.entry(certified.verdict).or_insert(0) += 1;
+        if certified.step < 1.0 {
+            steps.push(certified.step);
+        }
+        for (least, bound) in min_det.iter_mut().zip(certified.min_det) {
+            *least = least.min(bound);
+        }
+        min_det_by_frame.push((record.frame, certified.min_det));
+    }
+    let (journal, moved) = free_form.journal().ok()?;
+    let undone = free_form.round_trip_error_m(outcome.object.positions());
+    Some(FreeFormReport {
+        verdicts,
+        stopped_frames: steps.len(),
+        steps,
+        min_det,
+        min_det_by_frame,
+        journal: journal.lattices().len(),
+        journal_file: JOURNAL_FILE,
+        moved_m: moved.to_array(),
+        round_trip_error_m: undone.ok().flatten(),
+    })
 }
 
 /// FNV-1a, 64 bits, over the little-endian bytes of the coordinates in order

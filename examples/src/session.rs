@@ -10,6 +10,7 @@ use glove_io::{
 };
 
 use crate::{
+    deformer::Step,
     devices::{Device, DeviceError, Devices, Fault, HandSample, Receiver},
     geometry::Rigid,
     grasp::{Grasp, GraspEvent, GraspRules, Grip, Phase},
@@ -29,6 +30,12 @@ const HAND_M: f64 = 0.2;
 
 /// Radius of the area on which a fingertip presses, metres.
 const PATCH_RADIUS_M: f64 = 0.012;
+
+/// What becomes of fingertips that displace nothing.
+const WHOLE: Step = Step {
+    fraction: 1.0,
+    certificate: None,
+};
 
 /// How a session runs.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -210,10 +217,10 @@ pub fn run(
             parse: clock.lap(),
             ..StageTimes::default()
         };
-        let mut fraction = 1.0;
+        let mut step = WHOLE;
         state.grasp_events.clear();
         if let Some(sample) = sample {
-            fraction = state.step(frame, &sample, &mut times, &mut clock);
+            step = state.step(frame, &sample, &mut times, &mut clock);
             if sample.wrist_switch
                 && !state.switch_was_down
                 && let Some(record) = state
@@ -229,7 +236,8 @@ pub fn run(
             frame,
             phase: state.grasp.phase(),
             touching: state.touching,
-            displaced_fraction: fraction,
+            displaced_fraction: step.fraction,
+            certificate: step.certificate,
             times,
         };
         events.extend(
@@ -257,15 +265,15 @@ pub fn run(
 }
 
 impl Loop<'_> {
-    /// One frame after the bytes are parsed. Returns the fraction of the fingertips'
-    /// displacement that the object could take.
+    /// One frame after the bytes are parsed. Returns what the object could take of the
+    /// fingertips' displacement.
     fn step(
         &mut self,
         frame: usize,
         sample: &HandSample,
         times: &mut StageTimes,
         clock: &mut Stopwatch,
-    ) -> f64 {
+    ) -> Step {
         // Hand: where the real hand is, in the object's frame.
         self.lag = self.catch_up(self.lag);
         let wrist = Rigid::from(sample.wrist).after(&self.lag);
@@ -347,15 +355,15 @@ impl Loop<'_> {
         times.grasp = clock.lap();
 
         // Deformation.
-        let mut fraction = 1.0;
+        let mut step = WHOLE;
         if self.grasp.phase() == Phase::Deforming {
-            fraction = self.deform(frame, tips);
+            step = self.deform(frame, tips);
             times.deform = clock.lap();
             self.object.refit();
             times.refit = clock.lap();
         }
         self.hand = in_world(self.model, &self.pose, &advance.posture);
-        fraction
+        step
     }
 
     /// A lag one frame later: shorter by the catch-up speed.
@@ -369,7 +377,7 @@ impl Loop<'_> {
     }
 
     /// Displaces the held points with their fingertips.
-    fn deform(&mut self, frame: usize, tips: [DVec3; 5]) -> f64 {
+    fn deform(&mut self, frame: usize, tips: [DVec3; 5]) -> Step {
         let holding = self.holds.each_ref().map(Option::is_some);
         if holding != self.condensed {
             self.condensed = holding;
@@ -391,7 +399,7 @@ impl Loop<'_> {
         if !self.held {
             // The fingertips do not determine the shape: it stays as it is until
             // others take hold.
-            return 1.0;
+            return WHOLE;
         }
         self.tip_displacements.clear();
         for (hold, tip) in self.holds.iter().zip(tips) {

@@ -2,14 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use fem_tet::{
-    Contact, TetMesh, io::ObjectFile, largest_safe_fraction, surface_triangles, total_volume,
-};
+use fem_tet::{Contact, TetMesh, io::ObjectFile, surface_triangles, total_volume};
 use glam::DVec3;
 use spheretree::{Mesh, MeshError, SphereTree};
 
 use crate::{
-    deformer::{Deformer, DeformerError, DeformerKind, Elastic, FreeForm, HoldError},
+    deformer::{Deformer, DeformerError, DeformerKind, Elastic, FreeForm, HoldError, Step},
     scene::Object,
     touch::Surface,
 };
@@ -201,26 +199,19 @@ impl SoftBody {
         self.deformer.hold(contacts)
     }
 
-    /// Displaces the contacts, and with them everything. Returns the fraction of
-    /// the displacements that was carried out: less than 1 if an element would
-    /// have lost more than it may ([`LEAST_VOLUME_RATIO`]).
+    /// Displaces the contacts, and with them everything, as far as no element loses more
+    /// than it may ([`LEAST_VOLUME_RATIO`]) and no lattice folds.
     ///
     /// # Panics
     ///
     /// If no contacts are held or their number differs.
-    pub fn displace(&mut self, contact_displacements: &[[f64; 3]]) -> f64 {
-        self.deformer
-            .displace_into(contact_displacements, &mut self.displacements);
-        let rest = self.deformer.rest();
-        let fraction = largest_safe_fraction(
-            rest.positions(),
-            &self.displacements,
-            rest.tets(),
+    pub fn displace(&mut self, contact_displacements: &[[f64; 3]]) -> Step {
+        let step = self.deformer.displace_into(
+            contact_displacements,
             LEAST_VOLUME_RATIO,
+            &mut self.displacements,
         );
-        for u in self.displacements.as_flattened_mut() {
-            *u *= fraction;
-        }
+        let rest = self.deformer.rest();
         for ((x, rest), u) in self
             .positions
             .iter_mut()
@@ -229,7 +220,7 @@ impl SoftBody {
         {
             *x = [rest[0] + u[0], rest[1] + u[1], rest[2] + u[2]];
         }
-        fraction
+        step
     }
 
     /// Brings the tree up to date with the deformed surface.
@@ -262,12 +253,7 @@ impl SoftBody {
     pub fn keep_shape(&mut self) -> Result<(), SoftBodyError> {
         let shift = centre_of_mass(&self.positions, self.rest().tets())
             - centre_of_mass(self.rest().positions(), self.rest().tets());
-        let centred: Vec<[f64; 3]> = self
-            .displacements
-            .iter()
-            .map(|&u| (DVec3::from_array(u) - shift).to_array())
-            .collect();
-        self.deformer = self.deformer.keep_shape(&centred)?;
+        self.deformer = self.deformer.keep_shape(&self.displacements, -shift)?;
         self.relax();
         self.surface_vertices = surface_vertices(&self.positions, &self.triangles);
         self.tree

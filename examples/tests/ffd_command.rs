@@ -450,6 +450,103 @@ fn a_pull_moves_the_vertex_picked() {
     assert!(notes.contains("inside out"), "{notes}");
 }
 
+/// A pull so far that one lattice folds is done in steps, which other commands take.
+#[test]
+fn a_far_pull_in_steps_does_not_fold() {
+    let scratch = Scratch::new("steps");
+    let ball = scratch.file("ball.obj", ball());
+    let (club, steps) = (scratch.path("club.obj"), scratch.path("club.json"));
+    let pull = ["pull", &ball, "--at", "0,1,0", "--by", "0,1.4,0", "--force"];
+    let pull = [&pull[..], &["-o", &club, "--save-lattice", &steps]].concat();
+    let (summary, notes) = answered(&pull);
+    assert!(summary["least_det"].as_f64().expect("a number") < 0.0);
+    assert!(notes.contains("--injective"), "{notes}");
+
+    for policy in [
+        &["--injective"][..],
+        &["--injective", "paper"],
+        &["--injective=greedy"],
+    ] {
+        let (summary, _) = answered(&[&pull[..], policy].concat());
+        assert!(summary["least_det"].as_f64().expect("a number") > 0.0);
+        assert_eq!(summary["achieved"], 1.0);
+        let text = fs::read_to_string(&steps).expect("written");
+        let saved: Sequence<3> = serde_json::from_str(&text).expect("a sequence");
+        assert!(saved.lattices().len() > 1);
+        assert_eq!(summary["steps"], saved.lattices().len());
+        let top = saved.deform_point([0.0, 1.0, 0.0]);
+        assert!(distance(&[top], &[[0.0, 2.4, 0.0]]) < 1e-9);
+
+        let again = scratch.path("again.obj");
+        answered(&[
+            "deform",
+            &ball,
+            "--lattice",
+            &steps,
+            "-o",
+            &again,
+            "--force",
+        ]);
+        assert_eq!(mesh(&again).positions(), mesh(&club).positions());
+        let back = scratch.path("back.obj");
+        answered(&["undo", &club, "--lattice", &steps, "-o", &back, "--force"]);
+        assert!(distance(mesh(&back).positions(), mesh(&ball).positions()) < 1e-12);
+        let points = scratch.file("points.json", "[[0,1,0]]");
+        let (evaluated, _) = answered(&["eval", &steps, &points]);
+        assert!(evaluated["det"][0].as_f64().expect("a number") > 0.0);
+        let checked = ffd(&["check", &steps]);
+        let checked = String::from_utf8(checked.stdout).expect("UTF-8");
+        assert_eq!(checked.lines().count(), saved.lattices().len());
+        for line in checked.lines() {
+            let line: Value = serde_json::from_str(line).expect("JSON");
+            assert_eq!(line["theorem"], "identity_border");
+        }
+    }
+}
+
+/// Points that are to pass through each other go as far as they can; with the policy of
+/// the paper nothing is done.
+#[test]
+fn a_pull_that_cannot_be_done_says_so() {
+    let scratch = Scratch::new("crossing");
+    let ball = scratch.file("ball.obj", ball());
+    let (out, steps) = (scratch.path("out.obj"), scratch.path("out.json"));
+    let pull = [
+        "pull",
+        &ball,
+        "--at",
+        "-0.5,0,0",
+        "--by",
+        "1.5,0,0",
+        "--at",
+        "0.5,0,0",
+        "--by",
+        "-1.5,0,0",
+        "-o",
+        &out,
+        "--save-lattice",
+        &steps,
+        "--force",
+        "--injective",
+    ];
+    let refused = ffd(&[&pull[..], &["paper"]].concat());
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(refused.stdout.is_empty() && !Path::new(&out).exists());
+    let message = String::from_utf8(refused.stderr).expect("UTF-8");
+    assert!(message.contains("noninjective"), "{message}");
+    for policy in ["exact", "greedy"] {
+        let output = ffd(&[&pull[..], &[policy]].concat());
+        assert_eq!(output.status.code(), Some(1));
+        let summary: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        let achieved = summary["achieved"].as_f64().expect("a number");
+        assert!(0.2 < achieved && achieved < 1.0 / 3.0, "{achieved}");
+        assert!(summary["least_det"].as_f64().expect("a number") > 0.0);
+        let message = String::from_utf8(output.stderr).expect("UTF-8");
+        assert!(message.contains("of their ways"), "{message}");
+        assert_eq!(mesh(&out).positions().len(), 208);
+    }
+}
+
 #[test]
 fn bad_input_is_named_and_leaves_nothing() {
     let scratch = Scratch::new("refused");

@@ -3,7 +3,7 @@
 #![expect(clippy::float_cmp, reason = "equal runs are equal to the last bit")]
 
 use examples::{
-    deformer::DeformerKind,
+    deformer::{Deformer, DeformerKind},
     devices::{Device, Fault, FaultKind},
     geometry::Rigid,
     grasp::{GraspEvent, GraspRules, Phase},
@@ -84,6 +84,7 @@ fn both_sides_are_squeezed_and_the_shape_is_kept_between() {
             std::time::Duration::ZERO,
         );
         assert_eq!(report.object.deformer, deformer);
+        check_certificates(&outcome, &report, kind);
         // Squeezed and released; squeezed and kept; squeezed from another side.
         assert_eq!(report.grasps.len(), 3, "{kind}");
         for grasp in &report.grasps {
@@ -305,7 +306,6 @@ fn catching_up_is_gradual() {
     assert_eq!(last.posture, posture(0.4));
 }
 
-/// A fingertip on a thin wall presses on its own side of it only.
 /// A lattice takes the touched points where the fingertips go, and the object with them;
 /// what is far away stays.
 #[test]
@@ -326,7 +326,7 @@ fn in_a_lattice_touched_points_go_with_the_fingertips() {
     body.hold(vec![contact(pressed)])
         .expect("one point is enough");
     let inward = [-4e-3, -3e-3, -2e-3];
-    assert_eq!(body.displace(&[inward]), 1.0);
+    assert_eq!(body.displace(&[inward]).fraction, 1.0);
     for (found, asked) in body.displacements()[pressed].iter().zip(inward) {
         assert!((found - asked).abs() < 1e-14);
     }
@@ -335,6 +335,66 @@ fn in_a_lattice_touched_points_go_with_the_fingertips() {
     assert_eq!(body.positions(), rest);
 }
 
+/// In a lattice, every frame in which the object gives way is certified, and all of it can
+/// be undone.
+fn check_certificates(outcome: &Outcome, report: &Report, kind: ObjectKind) {
+    let Some(free_form) = &report.free_form else {
+        assert_eq!(report.object.deformer, DeformerKind::Fem);
+        return;
+    };
+    let certified = outcome.frames.iter().filter(|f| f.certificate.is_some());
+    let count = certified.count();
+    assert!(
+        count > 0 && count == free_form.min_det_by_frame.len(),
+        "{kind}"
+    );
+    assert_eq!(free_form.verdicts.get("injective"), Some(&count), "{kind}");
+    let [low, high] = free_form.min_det;
+    assert!(
+        0.0 < low && low <= high && high < 1.0,
+        "{kind}: {low} {high}"
+    );
+    assert_eq!(free_form.journal, report.kept_shapes.len());
+    // The object is 0.1 m large, and displacements are rounded a few times.
+    let error = free_form.round_trip_error_m.expect("there is a way back");
+    assert!(error < 1e-14, "{kind}: {error:e}");
+}
+
+/// Fingertips that ask for a fold are followed up to it, frame by frame, and no farther.
+#[test]
+fn a_lattice_stops_before_it_folds() {
+    let mut body = body_with(DeformerKind::Ffd, ObjectKind::Cube, 6);
+    let rest = body.rest().positions().to_vec();
+    let far = |x: &[f64; 3]| x[0] + x[1] + x[2];
+    let corner = (0..rest.len()).max_by(|&a, &b| far(&rest[a]).total_cmp(&far(&rest[b])));
+    let corner = u32::try_from(corner.expect("nodes")).expect("few nodes");
+    let contact = fem_tet::Contact::weighted(&[(corner, 1.0)]).expect("one node");
+    body.hold(vec![contact]).expect("one point is enough");
+    let mut stopped = 0;
+    for frame in 0..12 {
+        // Inward, 1 cm more each time: in the end beyond the opposite corner.
+        let step = body.displace(&[[-0.01 * f64::from(frame); 3]]);
+        let certified = step.certificate.expect("in a lattice");
+        assert_eq!(certified.verdict, "injective", "{frame}");
+        assert!(certified.min_det[0] > 0.0, "{frame}: {certified:?}");
+        stopped += usize::from(certified.step < 1.0);
+        let file = body.to_file().expect("no element is turned inside out");
+        assert_eq!(file.mesh.positions(), body.positions());
+    }
+    assert!(stopped > 3, "{stopped}");
+    let Deformer::FreeForm(free_form) = body.deformer() else {
+        panic!("a lattice");
+    };
+    let (journal, moved) = free_form.journal().expect("in range");
+    assert_eq!((journal.lattices().len(), moved), (1, glam::DVec3::ZERO));
+    let error = free_form
+        .round_trip_error_m(body.positions())
+        .expect("in range");
+    // One lattice near its limit: its inverse magnifies rounding by 1 / det.
+    assert!(error.expect("a way back") < 1e-9, "{error:?}");
+}
+
+/// A fingertip on a thin wall presses on its own side of it only.
 #[test]
 fn a_patch_does_not_reach_through_a_thin_wall() {
     // The crimped end of the tube is a centimetre thick.

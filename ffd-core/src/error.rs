@@ -96,6 +96,12 @@ pub enum FfdError {
     /// Something was made for a grid and used with a lattice on another one.
     #[error("the lattice is not on the grid that this was made for")]
     GridMismatch,
+    /// Two lattices that have to be on the same grid are not.
+    #[error("the lattices are on different grids: their {what} differ")]
+    DifferentGrids {
+        /// What differs: degrees, numbers of cells, knots, frames or borders.
+        what: &'static str,
+    },
     /// A list has the wrong length.
     #[error("{what}: {expected} entries are needed, {found} were given")]
     LengthMismatch {

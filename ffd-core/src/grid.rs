@@ -261,6 +261,23 @@ impl<const D: usize> Grid<D> {
         size
     }
 
+    /// What differs first from another grid, in the plural; nothing if they are the same.
+    pub(crate) fn difference(&self, other: &Self) -> Option<&'static str> {
+        if self == other {
+            None
+        } else if self.degree() != other.degree() {
+            Some("degrees")
+        } else if self.cells() != other.cells() {
+            Some("numbers of cells")
+        } else if self.knots() != other.knots() {
+            Some("knots")
+        } else if self.border() != other.border() {
+            Some("borders")
+        } else {
+            Some("frames")
+        }
+    }
+
     /// Fixed layers of control points on each side of an axis, and cells of the domain
     /// before the first of the grid.
     #[inline(always)]

@@ -21,6 +21,7 @@
 //! | go back | [`Lattice::inverse_point`], [`Inverse`], [`Sequence::undo_points`] |
 //! | find out whether it folds | [`Lattice::check`]; [`Checker`] in every frame |
 //! | prove that to others | [`Lattice::certify`], [`Certificate`] |
+//! | find out how far it can go before it folds | [`Lattice::largest_safe_step`] |
 //! | cut cells without changing anything | [`Lattice::refine`] |
 //! | store | features `serde`: see [Files](#files) |
 //! | test code of your own | feature `proptest`: `strategies` for lattices of which it is known whether they fold |
@@ -171,7 +172,7 @@ pub use frame::Frame;
 pub use grid::{Border, Grid};
 pub use injectivity::{
     Budget, CheckOptions, Checker, ConicHull, Effort, Evidence, Map, Method, Outcome, Place,
-    Theorem, Undecided, Verdict,
+    SafeStep, StepOptions, Theorem, Undecided, Verdict,
 };
 pub use inverse::{Inverse, InverseError, Preimage, UndoReport};
 pub use lattice::Lattice;

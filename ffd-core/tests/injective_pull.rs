@@ -13,7 +13,7 @@ use ffd_core::{
 };
 use proptest::prelude::*;
 
-const POLICIES: [StepPolicy; 2] = [StepPolicy::Paper, StepPolicy::Exact];
+const POLICIES: [StepPolicy; 3] = [StepPolicy::Paper, StepPolicy::Exact, StepPolicy::Greedy];
 
 fn with(policy: StepPolicy) -> InjectiveOptions<'static> {
     InjectiveOptions {

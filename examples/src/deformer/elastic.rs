@@ -2,9 +2,11 @@
 
 use std::sync::Arc;
 
-use fem_tet::{Contact, ContactSet, ElasticBody, FemError, Material, TetMesh};
+use fem_tet::{
+    Contact, ContactSet, ElasticBody, FemError, Material, TetMesh, largest_safe_fraction,
+};
 
-use super::HoldError;
+use super::{HoldError, Step};
 
 /// Contacts that move some vertex farther than this, for a unit of motion of each, do
 /// not count as holding the body: fingertips tremble. Five fingertips on the built
@@ -58,9 +60,24 @@ impl Elastic {
         self.contacts = None;
     }
 
-    pub(super) fn displace_into(&self, contact_displacements: &[[f64; 3]], out: &mut [[f64; 3]]) {
+    pub(super) fn displace_into(
+        &self,
+        contact_displacements: &[[f64; 3]],
+        least_volume_ratio: f64,
+        out: &mut [[f64; 3]],
+    ) -> Step {
         let contacts = self.contacts.as_ref().expect("contacts are held");
         contacts.displacements_into(contact_displacements, out);
+        let rest = self.rest();
+        let fraction =
+            largest_safe_fraction(rest.positions(), out, rest.tets(), least_volume_ratio);
+        for u in out.as_flattened_mut() {
+            *u *= fraction;
+        }
+        Step {
+            fraction,
+            certificate: None,
+        }
     }
 
     pub(super) fn keep_shape(&self, displacements: &[[f64; 3]]) -> Result<Self, FemError> {

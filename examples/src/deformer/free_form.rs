@@ -5,17 +5,21 @@
 //! fingertip holds it, and of all lattices that do so the one is taken whose control
 //! points move least. Its border is the identity, so the object stays in one piece even
 //! where it leaves the lattice.
+//!
+//! Each lattice that the object follows is proven not to fold. Where the fingertips ask for
+//! one that does, the object goes as far towards it as it safely can, and stops there. The
+//! shapes that were kept stay in a journal, so that all of it can be undone.
 
 use std::sync::Arc;
 
-use fem_tet::{Contact, MeshError, TetMesh};
+use fem_tet::{Contact, MeshError, TetMesh, largest_safe_fraction};
 use ffd_core::{
-    Border, Degree, DirectManipulation, Embedding, FfdError, Fit, Frame, Grid, Lattice, Outside,
-    PullOptions,
+    Border, CheckOptions, Degree, DirectManipulation, Embedding, FfdError, Fit, Frame, Grid,
+    InverseError, Lattice, Outside, PullOptions, Sequence, StepOptions, Verdict,
 };
 use glam::DVec3;
 
-use super::{DeformerError, HoldError};
+use super::{DeformerError, HoldError, Step};
 
 /// Width of a cell, metres: a touch bends the object within two cells around it, as the
 /// pads of two fingers would.
@@ -25,15 +29,38 @@ const CELLS: std::ops::RangeInclusive<f64> = 2.0..=24.0;
 /// Room between the object and the lattice, as a share of the object's size.
 const MARGIN: f64 = 0.05;
 
+/// Part of the way to a lattice that folds up to the fold, where the object stops: within
+/// the rounding of the stored lattice the fold itself might be passed.
+const SAFE_PART: f64 = 0.999;
+
+/// Width of the interval in which the least determinant of each accepted lattice is known:
+/// it is 1 where nothing moves.
+const DETERMINANT_WIDTH: f64 = 0.01;
+
 /// A lattice around a rest shape.
 #[derive(Debug, Clone)]
 pub struct FreeForm {
     rest: Arc<TetMesh>,
     bound: Arc<Embedding<f64, 3>>,
+    /// What the object follows: proven not to fold.
     lattice: Lattice<3>,
     manipulation: Option<DirectManipulation<3>>,
-    /// Displacements of the control points, to solve into.
+    /// What the fingertips ask for.
+    wanted: Lattice<3>,
     displacements: Vec<[f64; 3]>,
+    journal: Arc<Journal>,
+}
+
+/// How an object came to its rest shape.
+#[derive(Debug, Clone, Default)]
+struct Journal {
+    /// Positions before anything happened.
+    first: Vec<[f64; 3]>,
+    /// The lattices that were kept.
+    kept: Sequence<3>,
+    /// How far the rest shape was moved, besides: an object keeps its centre of mass when
+    /// it keeps a shape. Lattices of the journal lie where it would be otherwise.
+    moved: DVec3,
 }
 
 impl FreeForm {
@@ -43,22 +70,90 @@ impl FreeForm {
     ///
     /// [`FfdError`] if the shape is too small or too large to compute with.
     pub fn new(mesh: TetMesh) -> Result<Self, FfdError> {
+        let journal = Journal {
+            first: mesh.positions().to_vec(),
+            ..Journal::default()
+        };
+        Self::with_journal(mesh, journal)
+    }
+
+    fn with_journal(mesh: TetMesh, journal: Journal) -> Result<Self, FfdError> {
         let lattice = Lattice::at_rest(grid_around(mesh.positions())?)?;
         let bound = Embedding::new(lattice.grid(), mesh.positions(), Outside::Error)?;
         Ok(Self {
             rest: Arc::new(mesh),
             bound: Arc::new(bound),
             displacements: lattice.displacements().to_vec(),
+            wanted: lattice.clone(),
             lattice,
             manipulation: None,
+            journal: Arc::new(journal),
         })
+    }
+
+    /// The lattices that made the first shape what it is now, in their order, and how far
+    /// it was moved besides, metres.
+    ///
+    /// # Errors
+    ///
+    /// [`FfdError`] if the object was moved out of the range of numbers.
+    pub fn journal(&self) -> Result<(Sequence<3>, DVec3), FfdError> {
+        let mut sequence = self.journal.kept.clone();
+        if self.lattice.displacements().iter().any(|&d| d != [0.0; 3]) {
+            sequence.push(self.moved_back()?);
+        }
+        Ok((sequence, self.journal.moved))
+    }
+
+    /// Undoes everything that happened to an object that is now at the given positions.
+    /// Returns the largest distance of a node from where it was at first, metres, or
+    /// `None` if some node has no way back.
+    ///
+    /// # Errors
+    ///
+    /// [`InverseError`] if positions or the journal are not fit to compute with.
+    pub fn round_trip_error_m(&self, now: &[[f64; 3]]) -> Result<Option<f64>, InverseError> {
+        let Ok((sequence, moved)) = self.journal() else {
+            return Ok(None);
+        };
+        let back = |&x: &[f64; 3]| (DVec3::from_array(x) - moved).to_array();
+        let mut points: Vec<[f64; 3]> = now.iter().map(back).collect();
+        let report = sequence.undo_points(&mut points)?;
+        if !report.is_unique() {
+            return Ok(None);
+        }
+        let pairs = points.iter().zip(&self.journal.first);
+        let distances = pairs.map(|(&a, &b)| DVec3::from_array(a).distance(b.into()));
+        Ok(Some(distances.fold(0.0, f64::max)))
+    }
+
+    /// The lattice, where the object would be without the moves of the journal. Its
+    /// Jacobian is the same.
+    fn moved_back(&self) -> Result<Lattice<3>, FfdError> {
+        let grid = self.lattice.grid();
+        let frame = grid.frame();
+        let origin = DVec3::from_array(frame.origin()) - self.journal.moved;
+        let frame = Frame::new(origin.to_array(), frame.axes())?;
+        let grid = Grid::new(grid.degree(), grid.cells(), frame)?.with_border(grid.border())?;
+        Lattice::new(grid, self.lattice.displacements().to_vec())
+    }
+
+    /// The lattice's shape.
+    #[must_use]
+    pub fn grid(&self) -> &Grid<3> {
+        self.lattice.grid()
     }
 
     pub(super) fn rest(&self) -> &TetMesh {
         &self.rest
     }
 
-    pub(super) fn hold(&mut self, contacts: &[Contact]) -> Result<(), HoldError> {
+    /// See [`super::Deformer::hold`].
+    ///
+    /// # Errors
+    ///
+    /// [`HoldError::Constraints`] if the lattice does not reach a contact.
+    pub fn hold(&mut self, contacts: &[Contact]) -> Result<(), HoldError> {
         self.manipulation = None;
         let positions = self.rest.positions();
         let points: Vec<[f64; 3]> = contacts
@@ -83,22 +178,93 @@ impl FreeForm {
 
     pub(super) fn let_go(&mut self) {
         self.manipulation = None;
+        self.displacements.fill([0.0; 3]);
+        self.lattice
+            .set_displacements(&self.displacements)
+            .expect("zeros");
     }
 
-    pub(super) fn displace_into(
+    /// See [`super::Deformer::displace_into`].
+    ///
+    /// # Panics
+    ///
+    /// If no contacts are held or their number differs.
+    pub fn displace_into(
         &mut self,
         contact_displacements: &[[f64; 3]],
+        least_volume_ratio: f64,
         out: &mut [[f64; 3]],
-    ) {
+    ) -> Step {
         let manipulation = self.manipulation.as_mut().expect("contacts are held");
         manipulation
             .solve_into(contact_displacements, &mut self.displacements)
             .expect("displacements of fingertips are finite");
-        self.lattice
+        self.wanted
             .set_displacements(&self.displacements)
             .expect("finite");
+        let mut verdict = check(&self.wanted);
+        let mut step = 1.0;
+        if !verdict.is_injective() {
+            let safe = self
+                .lattice
+                .largest_safe_step(&self.wanted, &StepOptions::default())
+                .expect("both are on the same grid");
+            step = SAFE_PART * safe.t[0];
+            self.go_back(step);
+            verdict = check(&self.wanted);
+        }
+        self.displacements_into(&self.wanted, out);
+        let fraction = largest_safe_fraction(
+            self.rest.positions(),
+            out,
+            self.rest.tets(),
+            least_volume_ratio,
+        );
+        if fraction < 1.0 {
+            // Elements have to be left with some volume, too.
+            for d in self.displacements.as_flattened_mut() {
+                *d *= fraction;
+            }
+            self.wanted
+                .set_displacements(&self.displacements)
+                .expect("finite");
+            verdict = check(&self.wanted);
+        }
+        if verdict.is_injective() {
+            std::mem::swap(&mut self.lattice, &mut self.wanted);
+        } else {
+            // Rounding may matter right before a fold, and the way to rest need not be free
+            // of folds. Then the object stays as it is.
+            step = 0.0;
+            verdict = check(&self.lattice);
+        }
+        self.displacements_into(&self.lattice, out);
+        Step {
+            fraction: fraction * step,
+            certificate: Some(super::Certified {
+                verdict: verdict.outcome.name(),
+                min_det: verdict.min_det,
+                step,
+            }),
+        }
+    }
+
+    /// Shortens the way from the lattice to the one that is wanted.
+    fn go_back(&mut self, step: f64) {
+        let from = self.lattice.displacements();
+        for (to, from) in self.displacements.iter_mut().zip(from) {
+            for c in 0..3 {
+                to[c] = from[c] + step * (to[c] - from[c]);
+            }
+        }
+        self.wanted
+            .set_displacements(&self.displacements)
+            .expect("between finite ones");
+    }
+
+    fn displacements_into(&self, lattice: &Lattice<3>, out: &mut [[f64; 3]]) {
         self.bound
-            .deform_into(&self.lattice, out)
+            .deform_into(lattice, out)
             .expect("bound to this grid");
         for (u, rest) in out.iter_mut().zip(self.rest.positions()) {
             for c in 0..3 {
@@ -107,14 +273,29 @@ impl FreeForm {
         }
     }
 
-    pub(super) fn keep_shape(&self, displacements: &[[f64; 3]]) -> Result<Self, DeformerError> {
+    pub(super) fn keep_shape(
+        &self,
+        displacements: &[[f64; 3]],
+        moved: DVec3,
+    ) -> Result<Self, DeformerError> {
         let positions = self.rest.positions().iter().zip(displacements);
-        let positions =
-            positions.map(|(&x, &u)| (DVec3::from_array(x) + DVec3::from_array(u)).to_array());
+        let positions = positions
+            .map(|(&x, &u)| (DVec3::from_array(x) + DVec3::from_array(u) + moved).to_array());
         let mesh: Result<TetMesh, MeshError> =
             TetMesh::new(positions.collect(), self.rest.tets().to_vec());
-        Ok(Self::new(mesh?)?)
+        let mut journal = (*self.journal).clone();
+        journal.kept.push(self.moved_back()?);
+        journal.moved += moved;
+        Ok(Self::with_journal(mesh?, journal)?)
     }
+}
+
+/// Whether a lattice folds, and how near it comes to that.
+fn check(lattice: &Lattice<3>) -> Verdict<3> {
+    lattice.check(&CheckOptions {
+        enclose: Some(DETERMINANT_WIDTH),
+        ..CheckOptions::default()
+    })
 }
 
 /// A cubic grid around points, with cells of about the same width along each side.

@@ -5,6 +5,7 @@ mod free_form;
 
 use fem_tet::{Contact, FemError, TetMesh};
 use ffd_core::{DirectError, FfdError};
+use glam::DVec3;
 
 pub use elastic::Elastic;
 pub use free_form::FreeForm;
@@ -28,6 +29,27 @@ pub enum Deformer {
     Elastic(Elastic),
     /// Free-form deformation.
     FreeForm(Box<FreeForm>),
+}
+
+/// What became of the displacements asked for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Step {
+    /// The share of them that was carried out.
+    pub fraction: f64,
+    /// What was proven, in a lattice.
+    pub certificate: Option<Certified>,
+}
+
+/// What was proven of the lattice that an object follows in one frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Certified {
+    /// The word for the outcome: see [`ffd_core::Outcome::name`].
+    pub verdict: &'static str,
+    /// An interval that contains the least determinant of its Jacobian.
+    pub min_det: [f64; 2],
+    /// How far it went from the lattice of the frame before to the one that the fingertips
+    /// asked for: less than 1 where that one folds.
+    pub step: f64,
 }
 
 /// Why a shape cannot be deformed.
@@ -102,29 +124,49 @@ impl Deformer {
         }
     }
 
-    /// Displaces the held contacts from the rest shape, and writes the displacement of
-    /// every node to `out`.
+    /// Displaces the held contacts from the rest shape as far as they can be, and writes
+    /// the displacement of every node to `out`: every element keeps the given share of its
+    /// rest volume, and a lattice does not fold.
     ///
     /// # Panics
     ///
     /// If no contacts are held or their number differs.
-    pub fn displace_into(&mut self, contact_displacements: &[[f64; 3]], out: &mut [[f64; 3]]) {
+    pub fn displace_into(
+        &mut self,
+        contact_displacements: &[[f64; 3]],
+        least_volume_ratio: f64,
+        out: &mut [[f64; 3]],
+    ) -> Step {
         match self {
-            Self::Elastic(elastic) => elastic.displace_into(contact_displacements, out),
-            Self::FreeForm(free_form) => free_form.displace_into(contact_displacements, out),
+            Self::Elastic(elastic) => {
+                elastic.displace_into(contact_displacements, least_volume_ratio, out)
+            }
+            Self::FreeForm(free_form) => {
+                free_form.displace_into(contact_displacements, least_volume_ratio, out)
+            }
         }
     }
 
-    /// The same way to deform another rest shape: this one, displaced.
+    /// The same way to deform another rest shape: this one, displaced, and moved as a whole
+    /// besides.
     ///
     /// # Errors
     ///
     /// [`DeformerError`] if the new shape cannot be deformed.
-    pub fn keep_shape(&self, displacements: &[[f64; 3]]) -> Result<Self, DeformerError> {
+    pub fn keep_shape(
+        &self,
+        displacements: &[[f64; 3]],
+        moved: DVec3,
+    ) -> Result<Self, DeformerError> {
         Ok(match self {
-            Self::Elastic(elastic) => Self::Elastic(elastic.keep_shape(displacements)?),
+            Self::Elastic(elastic) => {
+                let all = displacements
+                    .iter()
+                    .map(|&u| (DVec3::from_array(u) + moved).to_array());
+                Self::Elastic(elastic.keep_shape(&all.collect::<Vec<_>>())?)
+            }
             Self::FreeForm(free_form) => {
-                Self::FreeForm(Box::new(free_form.keep_shape(displacements)?))
+                Self::FreeForm(Box::new(free_form.keep_shape(displacements, moved)?))
             }
         })
     }

@@ -6,10 +6,20 @@
 //! can do goes far beyond what one lattice can.
 
 use super::{Constraint, DirectError, DirectManipulation, Fit, Merged, PullOptions};
-use crate::{Border, Budget, CheckOptions, ConicHull, Grid, Lattice, Method, Sequence, Verdict};
+use crate::{
+    Border, Budget, CheckOptions, ConicHull, Grid, Lattice, Method, Sequence, StepOptions, Verdict,
+};
 
 /// A step is at least 2^-52 of a pull: fractions are exact numbers.
 const DEEPEST: u32 = 52;
+
+/// What [`StepPolicy::Greedy`] takes of the largest safe step, so that it ends away from
+/// the fold.
+const SAFE_PART: f64 = 0.9;
+
+/// The relative width to which the largest safe step is found out: well below what is left
+/// of it.
+const STEP_WIDTH: f64 = 1e-2;
 
 /// How a pull is split into steps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -22,6 +32,11 @@ pub enum StepPolicy {
     /// again. Where a step of the shortest length fails, what was achieved is returned.
     #[default]
     Exact,
+    /// Nine tenths of the [largest safe step](Lattice::largest_safe_step) are taken, or, so
+    /// that the last step is not a small one, as many equal parts of what is left as come
+    /// closest to that. Not always the fewest steps, as a step that passes through a fold
+    /// can end without one, but all poses within a step are regular as well.
+    Greedy,
 }
 
 /// How to pull without folding.
@@ -181,7 +196,10 @@ impl<const D: usize> Grid<D> {
         // Refused at once: what not even a lattice that folds could do.
         stepper.solve(1.0)?;
         let shortest = 0.5_f64.powi(options.depth.min(DEEPEST).cast_signed());
-        let stopped = stepper.halve(shortest);
+        let stopped = match options.policy {
+            StepPolicy::Paper | StepPolicy::Exact => stepper.halve(shortest),
+            StepPolicy::Greedy => stepper.stride(shortest),
+        };
         if stopped.is_some() && options.policy == StepPolicy::Paper {
             stepper = Stepper::new(stepper.grid, constraints, options)?;
         }
@@ -222,7 +240,7 @@ impl<'a, const D: usize> Stepper<'a, D> {
             DirectManipulation::with_weights(&grid, &points, &weights, &options.pull)?;
         let method = match options.policy {
             StepPolicy::Paper => Method::Conic(ConicHull::default()),
-            StepPolicy::Exact => Method::Exact,
+            StepPolicy::Exact | StepPolicy::Greedy => Method::Exact,
         };
         let step = Lattice::at_rest(grid.clone())?;
         Ok(Self {
@@ -328,6 +346,58 @@ impl<'a, const D: usize> Stepper<'a, D> {
             }
         }
         None
+    }
+
+    /// Nine tenths of the largest safe step again and again, in equal parts.
+    fn stride(&mut self, shortest: f64) -> Option<Stopped<D>> {
+        let rest = Lattice::at_rest(self.grid.clone()).ok()?;
+        let options = StepOptions {
+            width: STEP_WIDTH,
+            budget: self.options.budget,
+        };
+        loop {
+            if let Err(error) = self.solve(1.0) {
+                return Some(Stopped::Constraints(error));
+            }
+            let step = rest.largest_safe_step(&self.step, &options);
+            let [safe, _] = step.expect("both are on the same grid").t;
+            let left = 1.0 - self.achieved;
+            let mut part = if safe >= 1.0 {
+                left
+            } else {
+                left / (1.0 / (SAFE_PART * safe)).ceil()
+            };
+            // The step is certified as it is stored, rounded.
+            loop {
+                if part.is_nan() || part < shortest.min(left) {
+                    part = shortest.min(left);
+                }
+                let end = if part >= left {
+                    1.0
+                } else {
+                    self.achieved + part
+                };
+                let verdict = match self.attempt(end) {
+                    Ok(verdict) => verdict,
+                    Err(stopped) => return Some(stopped),
+                };
+                if verdict.is_regular() {
+                    self.take(end, verdict);
+                    break;
+                }
+                if part <= shortest {
+                    let verdict = Box::new(verdict);
+                    return Some(Stopped::Folds { verdict });
+                }
+                part *= 0.5;
+            }
+            if self.achieved >= 1.0 {
+                return None;
+            }
+            if let Err(error) = self.move_on() {
+                return Some(Stopped::Constraints(error));
+            }
+        }
     }
 
     /// [`Self::accept`], but for a step that moves nothing.

@@ -28,7 +28,7 @@ use crate::{Border, FfdError, Lattice};
 pub struct Checker<const D: usize> {
     grid: crate::Grid<D>,
     options: CheckOptions,
-    search: Search<D>,
+    pub(super) search: Search<D>,
     pub(super) verdict: Verdict<D>,
 }
 

@@ -36,28 +36,52 @@ pub(super) struct Signs {
 impl ExactPiece {
     /// The determinant over a cell of the domain.
     pub(super) fn of_cell<const D: usize>(lattice: &Lattice<D>, cell: [usize; D]) -> Self {
-        let columns = Integers::new(lattice, cell).columns(lattice, cell);
-        let degree = lattice.grid().degree().map(crate::Degree::get);
-        let [first, second] = [&columns[0], &columns[1]];
-        let mut product = if D == 2 {
-            let mut sum = first[0].times(&second[1]);
-            sum.subtract(&first[1].times(&second[0]));
-            sum
-        } else {
-            let third = &columns[D - 1];
-            let mut sum: Option<Form> = None;
-            for c in 0..3 {
-                let (p, q) = ((c + 1) % 3, (c + 2) % 3);
-                let mut cross = first[p].times(&second[q]);
-                cross.subtract(&first[q].times(&second[p]));
-                let term = cross.times(&third[c]);
-                match &mut sum {
-                    None => sum = Some(term),
-                    Some(sum) => sum.add(&term),
-                }
+        let lowest = lowest_of_cell(lattice, cell);
+        let columns = Integers::new(lattice, cell, lowest).columns(lattice, cell);
+        Self::of_product(determinant(columns.each_ref()), lattice)
+    }
+
+    /// The determinant over a cell while displacements go in a straight line to those of
+    /// another lattice on the same grid: its Bernstein coefficients along the way, D + 1
+    /// polynomials, all times the same number.
+    ///
+    /// A determinant whose columns are linear in t is a polynomial of degree D. Its
+    /// coefficient k is the mean of the determinants with k columns from the end of the way
+    /// and the others from its beginning.
+    pub(super) fn of_path<const D: usize>(
+        from: &Lattice<D>,
+        to: &Lattice<D>,
+        cell: [usize; D],
+    ) -> Vec<Self> {
+        let lowest = lowest_of_cell(from, cell).min(lowest_of_cell(to, cell));
+        let [first, last] =
+            [from, to].map(|lattice| Integers::new(lattice, cell, lowest).columns(lattice, cell));
+        let mut sums: Vec<Option<Form>> = (0..=D).map(|_| None).collect();
+        for choice in 0..1_usize << D {
+            let columns = std::array::from_fn(|a| {
+                let ends = [&first[a], &last[a]];
+                ends[choice >> a & 1]
+            });
+            let term = determinant(columns);
+            match &mut sums[choice.count_ones() as usize] {
+                sum @ None => *sum = Some(term),
+                Some(sum) => sum.add(&term),
             }
-            sum.expect("three components")
-        };
+        }
+        // Means of 1, D, D and 1 determinants, all times D.
+        let sums = sums.into_iter().enumerate().map(|(k, sum)| {
+            let mut sum = sum.expect("a choice of columns for each number");
+            if k == 0 || k == D {
+                sum.values.iter_mut().for_each(|value| *value *= D);
+            }
+            Self::of_product(sum, from)
+        });
+        sums.collect()
+    }
+
+    /// From a product of scaled columns to Bernstein coefficients.
+    fn of_product<const D: usize>(mut product: Form, lattice: &Lattice<D>) -> Self {
+        let degree = lattice.grid().degree().map(crate::Degree::get);
         let mirrored = frame_is_mirrored(lattice);
         // From products to Bernstein coefficients: divided by binomial coefficients, and
         // multiplied by their least common multiple, to stay among the integers.
@@ -78,9 +102,12 @@ impl ExactPiece {
         }
     }
 
-    #[cfg(test)]
     pub(super) fn coefficients(&self) -> &[IBig] {
         &self.coefficients
+    }
+
+    pub(super) fn coefficients_mut(&mut self) -> &mut [IBig] {
+        &mut self.coefficients
     }
 
     /// The part of a cell with the given lower corner, after as many halvings along each
@@ -178,6 +205,52 @@ fn frame_is_mirrored<const D: usize>(lattice: &Lattice<D>) -> bool {
     determinant.sign() == Sign::Negative
 }
 
+/// The determinant of columns given component by component.
+fn determinant<const D: usize>(columns: [&[Form; D]; D]) -> Form {
+    let [first, second] = [columns[0], columns[1]];
+    if D == 2 {
+        let mut sum = first[0].times(&second[1]);
+        sum.subtract(&first[1].times(&second[0]));
+        return sum;
+    }
+    let third = columns[D - 1];
+    let mut sum: Option<Form> = None;
+    for c in 0..3 {
+        let (p, q) = ((c + 1) % 3, (c + 2) % 3);
+        let mut cross = first[p].times(&second[q]);
+        cross.subtract(&first[q].times(&second[p]));
+        let term = cross.times(&third[c]);
+        match &mut sum {
+            None => sum = Some(term),
+            Some(sum) => sum.add(&term),
+        }
+    }
+    sum.expect("three components")
+}
+
+/// Displacements of the control points that act on a cell, first axis fastest.
+fn displacements_of_cell<const D: usize>(lattice: &Lattice<D>, cell: [usize; D]) -> Vec<[f64; D]> {
+    let block = lattice.block(cell);
+    let order = lattice.grid().order();
+    let numbers = 0..order.iter().product();
+    let each = numbers.map(|number: usize| {
+        let mut rest = number;
+        block.displacement(order.map(|n| {
+            let index = rest % n;
+            rest /= n;
+            index
+        }))
+    });
+    each.collect()
+}
+
+/// The power of two of which all numbers of a cell are multiples.
+fn lowest_of_cell<const D: usize>(lattice: &Lattice<D>, cell: [usize; D]) -> i32 {
+    let axes = lattice.grid().frame().axes();
+    let displacements = displacements_of_cell(lattice, cell);
+    lowest_exponent(axes.as_flattened()).min(lowest_exponent(displacements.as_flattened()))
+}
+
 /// The numbers of a cell as integers, all multiplied by the same power of two.
 struct Integers<const D: usize> {
     /// Axes of the frame.
@@ -187,23 +260,10 @@ struct Integers<const D: usize> {
 }
 
 impl<const D: usize> Integers<D> {
-    fn new(lattice: &Lattice<D>, cell: [usize; D]) -> Self {
-        let block = lattice.block(cell);
-        let order = lattice.grid().order();
-        let count = order.iter().product();
-        let displacements: Vec<[f64; D]> = (0..count)
-            .map(|number| {
-                let mut rest = number;
-                block.displacement(order.map(|n| {
-                    let index = rest % n;
-                    rest /= n;
-                    index
-                }))
-            })
-            .collect();
+    /// Divided by two to the power `lowest`.
+    fn new(lattice: &Lattice<D>, cell: [usize; D], lowest: i32) -> Self {
+        let displacements = displacements_of_cell(lattice, cell);
         let axes = lattice.grid().frame().axes();
-        let lowest =
-            lowest_exponent(axes.as_flattened()).min(lowest_exponent(displacements.as_flattened()));
         Self {
             axes: axes.map(|axis| axis.map(|x| integer(x, lowest))),
             displacements: displacements
@@ -394,7 +454,7 @@ impl Form {
 }
 
 /// Mantissa and exponent: `value = mantissa · 2^exponent`.
-fn decompose(value: f64) -> (i64, i32) {
+pub(super) fn decompose(value: f64) -> (i64, i32) {
     let bits = value.to_bits();
     let exponent = i32::try_from(bits >> 52 & 0x7FF).expect("eleven bits");
     let fraction = (bits & ((1 << 52) - 1)).cast_signed();

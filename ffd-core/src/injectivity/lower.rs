@@ -61,7 +61,7 @@ impl Shape {
             counts: self.counts,
             coefficients: scratch,
         };
-        form.drop_monotone_axes();
+        let _faces = form.drop_monotone_axes();
         let (least, most) = dispatch!(form.level, s => range(s, form.coefficients));
         let middle = form.expand([0.5; 3]);
         let tangent = form.bound_by_tangent(middle, least.abs().max(most.abs()));
@@ -71,6 +71,37 @@ impl Shape {
         let squares = form.bound_by_squares(&middle, least.abs().max(most.abs()));
         least.max(tangent).max(squares)
     }
+
+    /// The value at a point of the box. It errs by less than 256 units relative to the
+    /// largest coefficient: see the rounding of the tangent plane.
+    pub(super) fn value(&self, coefficients: &[f64], at: [f64; 3]) -> f64 {
+        let weights: [[[f64; MOST]; 3]; 3] =
+            std::array::from_fn(|axis| bernstein_weights(self.counts[axis] - 1, at[axis]));
+        dispatch!(self.level, s => expand(s, self.counts, &weights, coefficients)).value
+    }
+
+    /// A point of the box where the polynomial is nearly least, if it is convex around the
+    /// middle; some point otherwise. `scratch` is overwritten.
+    pub(super) fn lowest_place(&self, coefficients: &[f64], scratch: &mut Vec<f64>) -> [f64; 3] {
+        scratch.clear();
+        scratch.extend_from_slice(coefficients);
+        let mut form = Form {
+            level: self.level,
+            counts: self.counts,
+            coefficients: scratch,
+        };
+        let faces = form.drop_monotone_axes();
+        let mut at = [0.5; 3];
+        for _ in 0..4 {
+            let here = form.expand(at);
+            let scale: [f64; 3] = std::array::from_fn(|axis| 1.0 / here.hessian[axis][axis].sqrt());
+            if (0..3).any(|axis| form.is_active(axis) && !scale[axis].is_finite()) {
+                break;
+            }
+            form.step_towards_minimum(&here, &scale, &mut at);
+        }
+        std::array::from_fn(|axis| faces[axis].unwrap_or(at[axis]))
+    }
 }
 
 impl Form<'_> {
@@ -78,9 +109,10 @@ impl Form<'_> {
         self.counts[axis] > 1
     }
 
-    /// Restricts the polynomial to faces that its minimum lies on. The sign of a difference
-    /// of two numbers survives rounding.
-    fn drop_monotone_axes(&mut self) {
+    /// Restricts the polynomial to faces that its minimum lies on, and returns where they
+    /// are. The sign of a difference of two numbers survives rounding.
+    fn drop_monotone_axes(&mut self) -> [Option<f64>; 3] {
+        let mut faces = [None; 3];
         let mut stride = 1;
         for axis in 0..3 {
             let count = self.counts[axis];
@@ -103,7 +135,9 @@ impl Form<'_> {
             }
             self.coefficients.truncate(kept);
             self.counts[axis] = 1;
+            faces[axis] = Some(if rising { 0.0 } else { 1.0 });
         }
+        faces
     }
 
     /// Value and derivatives at a point, nearly.

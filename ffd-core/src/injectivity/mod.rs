@@ -27,6 +27,7 @@ mod queue;
 mod samples;
 mod search;
 mod settle;
+mod step;
 mod subdivide;
 mod sufficient;
 pub(crate) mod tiling;
@@ -35,6 +36,7 @@ mod verdict;
 pub use verdict::{Effort, Evidence, Map, Outcome, Place, Theorem, Undecided, Verdict};
 
 pub use checker::Checker;
+pub use step::{SafeStep, StepOptions};
 
 #[cfg(feature = "proptest")]
 pub(crate) use choi_lee::displacement_bound;

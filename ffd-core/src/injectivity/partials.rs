@@ -118,6 +118,26 @@ impl<const D: usize> Partials<D> {
         }
     }
 
+    /// Control vectors part of the way, `t` from 0 to 1, to those of a lattice on the same
+    /// grid. Both must have been [prepared](Partials::prepare). What they are rounded by is
+    /// bounded by [`Partials::error_between`].
+    pub(super) fn between(&self, to: &Self, t: f64) -> Self {
+        let mix = |from: &[f64], to: &[f64]| -> Vec<f64> {
+            let both = from.iter().zip(to);
+            both.map(|(a, b)| (1.0 - t) * a + t * b).collect()
+        };
+        Self {
+            displacements: Vec::new(),
+            vectors: std::array::from_fn(|a| {
+                std::array::from_fn(|c| mix(&self.vectors[a][c], &to.vectors[a][c]))
+            }),
+            slopes: self.slopes.clone(),
+            tables: self.tables.clone(),
+            kinds: self.kinds.clone(),
+            ..*self
+        }
+    }
+
     /// Whether control vectors follow from differences by a factor for each component: `M`
     /// is diagonal, and knots are uniform along an axis.
     fn is_plain(&self, axis: usize) -> bool {
@@ -328,6 +348,17 @@ impl<const D: usize> Partials<D> {
     /// larger 1-norm than `norm`.
     pub(super) fn error(&self, norm: f64) -> f64 {
         12.0 * UNIT * self.condition * (norm + 1.0)
+    }
+
+    /// By how much an entry of a control vector [between](Partials::between) two lattices
+    /// can be wrong, as the value at a `t` up to `most` that itself is wrong by 4 units times
+    /// `most`. No control vectors at the beginning and the end of the whole way have larger
+    /// 1-norms than those given, so none at t has one above N = N₀ + `most` N₁.
+    ///
+    /// The errors of both ends are mixed like their values, to 12 u K (N + 1) at most; three
+    /// roundings of each term add 3 u N, and a wrong t at most 4 u N.
+    pub(super) fn error_between(&self, ends: [f64; 2], most: f64) -> f64 {
+        20.0 * UNIT * self.condition * (ends[0] + most * ends[1] + 1.0)
     }
 
     /// Bounds of `det J` from bounds of the determinant in lattice coordinates.

@@ -47,7 +47,7 @@ impl Shape {
         }
     }
 
-    fn dimension(&self) -> usize {
+    pub(super) fn dimension(&self) -> usize {
         if self.counts[2] == 1 { 2 } else { 3 }
     }
 
@@ -97,9 +97,14 @@ impl Shape {
         1.001 * UNIT * (self.counts[axis] - 1) as f64 * (largest + error) + error
     }
 
+    /// The largest second difference along each axis.
+    pub(super) fn curvatures(&self, coefficients: &[f64]) -> [f64; 3] {
+        dispatch!(self.level, s => curvatures(s, self.counts, coefficients))
+    }
+
     /// The axis along which the coefficients are curved most.
     pub(super) fn most_curved_axis(&self, coefficients: &[f64]) -> usize {
-        let curvature = dispatch!(self.level, s => curvatures(s, self.counts, coefficients));
+        let curvature = self.curvatures(coefficients);
         let mut most = 0;
         for axis in 1..self.dimension() {
             if curvature[axis] > curvature[most] {

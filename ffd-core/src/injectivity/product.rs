@@ -84,12 +84,17 @@ impl Rounding {
     /// A bound of the error of all coefficients, for control vectors with the given
     /// 1-norms, one for each column.
     pub(super) fn bound<const D: usize>(&self, partials: &Partials<D>, norms: [f64; D]) -> f64 {
+        self.bound_with(norms, norms.map(|norm| partials.error(norm)))
+    }
+
+    /// The same, for entries of control vectors that err by the given amounts.
+    pub(super) fn bound_with<const D: usize>(&self, norms: [f64; D], errors: [f64; D]) -> f64 {
         if !norms.iter().all(|&norm| norm <= self.largest) {
             return f64::INFINITY;
         }
         let (mut exact, mut disturbed) = (1.0, 1.0);
-        for norm in norms {
-            let error = partials.error(norm) + self.conversion * (norm + 1.0);
+        for (norm, error) in norms.into_iter().zip(errors) {
+            let error = error + self.conversion * (norm + 1.0);
             exact *= norm;
             disturbed *= norm + D as f64 * error;
         }

@@ -9,6 +9,7 @@
 //! | `strategies` | those for users keep what they promise |
 //! | `regressions` | what once went wrong |
 //! | `certificates` | what can be proven of them again, and what cannot |
+//! | `safe_step` | how far a lattice can go, against exact values on the way |
 //! | `bulk` | many random lattices, a hundred thousand in the long form |
 
 #![allow(
@@ -31,4 +32,5 @@ mod named;
 mod oracle;
 mod oracle_facts;
 mod regressions;
+mod safe_step;
 mod strategies;

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use ffd_core::{ConicHull, Method, Outside};
+use ffd_core::{ConicHull, Method, Outside, StepPolicy};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -13,6 +13,8 @@ Examples:
   ffd eval pear.json points.json
   ffd check pear.json --certificate proof.json
   ffd verify pear.json proof.json
+  ffd check pear.json
+  ffd step rest.json pear.json
 
 A lattice file is JSON, {\"degree\":[3,3,3],\"cells\":[2,2,2],\"origin\":[0,0,0],
 \"axes\":[[1,0,0],[0,1,0],[0,0,1]],\"displacements\":[[dx,dy,dz],…]}, or
@@ -47,12 +49,19 @@ Examples:
   ffd pull ball.obj --at 0,1,0 --by 0,0.3,0 --at 0,-1,0 --by 0,0,0 -o pear.obj
                                               the second point stays where it is
   ffd pull sheet.ply --at 0,0,0 --by 0,0,-0.1 --cells 8,8,1 -o dent.ply
+  ffd pull ball.obj --at 0,1,0 --by 0,2,0 --injective -o club.obj --save-lattice club.json
 
 The lattice is cubic. Its box is that of the mesh and 5 % of its length more on each
 side, but along no axis shorter than a tenth of its longest side, so that a flat mesh
 has room, too. Around it lie three more cells a side, in which the deformation fades
 out. The first --by belongs to the first --at, and so on. Displacements of control
 points are the smallest that move the points as told.
+
+With --injective the pull is cut into steps, lattices that are applied one after the other
+and of which none folds: the deformation as a whole is one-to-one. --save-lattice then
+writes {\"sequence\":[lattice,…]}, which all other commands take as well. Where points
+cannot go all the way, they go as far as they can, and the exit code is 1; with the policy
+paper nothing is written then.
 ";
 
 const EVAL_EXAMPLES: &str = "\
@@ -121,6 +130,26 @@ Everything is computed again from the lattice in exact arithmetic. The exit code
 all certificates are valid, 1 if one is rejected, 2 if a file cannot be read.
 ";
 
+const STEP_EXAMPLES: &str = "\
+Examples:
+  ffd step rest.json pear.json
+  ffd step before.json after.json --width 1e-9
+
+Displacements go on a straight way from those of the first file, at t = 0, to those of the
+second, at t = 1, on the same grid. Prints {\"t\":[lo,hi]} around the first t at which det J
+is zero anywhere on the closed domain: it is proven to be positive everywhere for all t up
+to lo, and not positive somewhere for some t up to hi.
+
+  [1,null]   nothing folds up to t = 1
+  [0,0]      the first lattice is folded, or det J is zero somewhere
+  [lo,null]  no fold was found, but lo is as far as anything was proven
+
+Of two sequences of the same length, each lattice goes to the one at the same place, all
+at the same t. The answer is about the first of all lattices that folds: up to lo each is
+regular, and so is their composition as far as each takes its domain into that of the
+next; at some t up to hi one of them is not.
+";
+
 /// Deforms meshes by lattices of control points (free-form deformation).
 ///
 /// Meshes are OBJ, PLY or STL files, told apart by their names.
@@ -151,6 +180,9 @@ pub(crate) enum Command {
     /// Checks certificates of `ffd check` in exact arithmetic
     #[command(after_help = VERIFY_EXAMPLES)]
     Verify(Verify),
+    /// Finds out how far a lattice can go towards another before it folds, with proof
+    #[command(after_help = STEP_EXAMPLES)]
+    Step(Step),
 }
 
 #[derive(Debug, Args)]
@@ -191,9 +223,12 @@ pub(crate) struct Pull {
     /// Cells of the lattice along each axis, 1 to 128: few make a wide, soft pull
     #[arg(long, value_name = "nx,ny,nz", default_value = "4,4,4", value_parser = parse_cells)]
     pub(crate) cells: [usize; 3],
+    /// Do not fold: pull in as many steps as it takes, each proven to be one-to-one
+    #[arg(long, value_enum, value_name = "POLICY", num_args = 0..=1, default_missing_value = "exact")]
+    pub(crate) injective: Option<PolicyChoice>,
     #[command(flatten)]
     pub(crate) output: Output,
-    /// Also write the lattice
+    /// Also write the lattice, or with --injective the sequence of them
     #[arg(long, value_name = "L.json")]
     pub(crate) save_lattice: Option<PathBuf>,
 }
@@ -241,6 +276,19 @@ pub(crate) struct Verify {
 }
 
 #[derive(Debug, Args)]
+pub(crate) struct Step {
+    /// The lattice at t = 0, or a sequence of lattices
+    #[arg(value_name = "L0.json")]
+    pub(crate) from: PathBuf,
+    /// The lattice at t = 1 on the same grid, or as many
+    #[arg(value_name = "L1.json")]
+    pub(crate) to: PathBuf,
+    /// The width of the enclosure relative to its upper end
+    #[arg(long, value_name = "WIDTH", default_value = "1e-6", allow_hyphen_values = true, value_parser = parse_width)]
+    pub(crate) width: f64,
+}
+
+#[derive(Debug, Args)]
 pub(crate) struct Output {
     /// Where the mesh goes; the ending says in which format
     #[arg(short = 'o', long = "output", value_name = "OUT")]
@@ -267,6 +315,27 @@ impl From<OutsideChoice> for Outside {
             OutsideChoice::Keep => Self::Keep,
             OutsideChoice::Clamp => Self::Clamp,
             OutsideChoice::Error => Self::Error,
+        }
+    }
+}
+
+/// [`StepPolicy`] as the user writes it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum PolicyChoice {
+    /// Halve steps that fail the conic-hull test; all or nothing, as Gain and Dodgson
+    Paper,
+    /// Halve steps that fail the exact test
+    Exact,
+    /// Take steps nearly as long as can be, of equal lengths
+    Greedy,
+}
+
+impl From<PolicyChoice> for StepPolicy {
+    fn from(choice: PolicyChoice) -> Self {
+        match choice {
+            PolicyChoice::Paper => Self::Paper,
+            PolicyChoice::Exact => Self::Exact,
+            PolicyChoice::Greedy => Self::Greedy,
         }
     }
 }

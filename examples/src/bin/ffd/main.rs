@@ -1,6 +1,6 @@
 //! Free-form deformation for those who do not write programs: deforms mesh files by
 //! lattice files, undoes that, drags points, evaluates lattices, finds out whether they
-//! fold, and checks proofs of that.
+//! fold, or when, and checks proofs of that.
 
 mod check;
 mod cli;
@@ -8,6 +8,7 @@ mod deform;
 mod eval;
 mod files;
 mod pull;
+mod step;
 mod undo;
 mod verify;
 
@@ -26,5 +27,6 @@ fn main() -> ExitCode {
         Command::Eval(arguments) => eval::run(arguments),
         Command::Check(arguments) => check::run(arguments),
         Command::Verify(arguments) => verify::run(arguments),
+        Command::Step(arguments) => step::run(arguments),
     })
 }

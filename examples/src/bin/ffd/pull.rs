@@ -4,11 +4,16 @@ use std::path::Path;
 
 use examples::output::write_new_files;
 use ffd_core::{
-    Border, Constraint, Degree, DirectError, Frame, Grid, Lattice, Outside, PullOptions, Sequence,
+    Border, Constraint, Degree, DirectError, Frame, Grid, InjectiveOptions, Lattice, Merged,
+    Outside, PullOptions, Sequence, StepPolicy,
 };
 use serde_json::json;
 
-use crate::{Answer, Error, cli::Pull, deform, files};
+use crate::{
+    Answer, Error,
+    cli::{PolicyChoice, Pull},
+    deform, files,
+};
 
 /// How much longer the box is than the mesh, on each side.
 const MARGIN: f64 = 0.05;
@@ -22,6 +27,7 @@ pub(crate) fn run(arguments: &Pull) -> Result<Answer, Error> {
         at,
         by,
         cells,
+        injective,
         output,
         save_lattice,
     } = arguments;
@@ -55,29 +61,47 @@ pub(crate) fn run(arguments: &Pull) -> Result<Answer, Error> {
         }
     }
     let at_mesh = |error| format!("{}: {error}", path.display());
-    let mut lattice = Frame::of_box(min, max, *cells)
+    let grid = Frame::of_box(min, max, *cells)
         .and_then(|frame| Grid::new([Degree::CUBIC; 3], *cells, frame))
         .and_then(|grid| grid.with_border(Border::Identity))
-        .and_then(Lattice::at_rest)
         .map_err(at_mesh)?;
     let pairs = at.iter().zip(by);
     let constraints: Vec<_> = pairs.map(|(&at, &by)| Constraint::new(at, by)).collect();
-    let pull = lattice
-        .pull(&constraints, &PullOptions::default())
-        .map_err(|error| describe(&error, path))?;
+    let pulled = match injective {
+        None => at_once(grid, &constraints),
+        Some(policy) => in_steps(&grid, &constraints, *policy),
+    };
+    let pulled = pulled.map_err(|error| describe(&error, path))?;
+    if pulled.refused {
+        let stopped = pulled.stopped.unwrap_or_default();
+        return Ok(Answer::checked(false)
+            .with_notes(vec![format!("noninjective: {stopped}; nothing is written")]));
+    }
 
     // Where the map turns space inside out, the mesh is likely to pass through itself.
-    let determinants = mesh.positions().iter().map(|&x| lattice.evaluate(x));
+    let determinants = mesh
+        .positions()
+        .iter()
+        .map(|&x| pulled.sequence.evaluate(x));
     let determinants = determinants.map(|there| there.map_or(1.0, |there| there.determinant));
     let (mut least, mut folded) = (f64::INFINITY, 0);
     for det in determinants {
         least = least.min(det);
         folded += usize::from(det <= 0.0);
     }
-    let json_lattice = serde_json::to_string(&lattice)? + "\n";
-    let sequence = Sequence::from(lattice);
-    let deformed = deform::deform(&sequence, Outside::Keep, mesh.positions(), mesh.normals())
-        .map_err(|(_, error)| at_mesh(error))?;
+    // One lattice as such, several as a sequence.
+    let mut json_lattice = match (injective, pulled.sequence.lattices()) {
+        (None, [lattice]) => serde_json::to_string(lattice)?,
+        _ => serde_json::to_string(&pulled.sequence)?,
+    };
+    json_lattice.push('\n');
+    let deformed = deform::deform(
+        &pulled.sequence,
+        Outside::Keep,
+        mesh.positions(),
+        mesh.normals(),
+    )
+    .map_err(|(_, error)| at_mesh(error))?;
     let vertices = deformed.positions.len();
     mesh.set_positions(deformed.positions);
     mesh.set_normals(deformed.normals);
@@ -89,7 +113,7 @@ pub(crate) fn run(arguments: &Pull) -> Result<Answer, Error> {
     write_new_files(&written, output.force)?;
 
     let mut notes = Vec::new();
-    for merged in pull.merged {
+    for merged in pulled.merged {
         let (later, first) = (merged.constraint + 1, merged.into + 1);
         notes.push(format!(
             "--at number {later} is the same point as number {first}"
@@ -97,18 +121,77 @@ pub(crate) fn run(arguments: &Pull) -> Result<Answer, Error> {
     }
     if folded > 0 {
         notes.push(format!(
-            "the deformation turns space inside out at {folded} of {vertices} points; pull less \
-             far or with fewer cells"
+            "the deformation turns space inside out at {folded} of {vertices} points; --injective \
+             does not"
         ));
     }
     notes.extend(files::encoding_notes(&mesh, &output.path));
-    let summary = json!({
+    let mut summary = json!({
         "vertices": vertices,
         "constraints": constraints.len(),
-        "largest_residual": pull.largest_residual,
+        "largest_residual": pulled.largest_residual,
         "least_det": least,
     });
-    Ok(Answer::new(&summary, notes)?)
+    if injective.is_some() {
+        summary["steps"] = json!(pulled.sequence.lattices().len());
+        summary["achieved"] = json!(pulled.achieved);
+    }
+    let Some(stopped) = pulled.stopped else {
+        return Ok(Answer::new(&summary, notes)?);
+    };
+    notes.push(format!(
+        "the points have gone {:.1} % of their ways: {stopped}",
+        100.0 * pulled.achieved
+    ));
+    Ok(Answer::short(&summary, notes)?)
+}
+
+/// What a pull has led to.
+struct Pulled {
+    sequence: Sequence<3>,
+    merged: Vec<Merged>,
+    largest_residual: f64,
+    achieved: f64,
+    /// Why not everything was achieved.
+    stopped: Option<String>,
+    /// Whether that is no result at all.
+    refused: bool,
+}
+
+/// With one lattice, whether it folds or not.
+fn at_once(grid: Grid<3>, constraints: &[Constraint<3>]) -> Result<Pulled, DirectError> {
+    let mut lattice = Lattice::at_rest(grid)?;
+    let pull = lattice.pull(constraints, &PullOptions::default())?;
+    Ok(Pulled {
+        sequence: Sequence::from(lattice),
+        merged: pull.merged,
+        largest_residual: pull.largest_residual,
+        achieved: 1.0,
+        stopped: None,
+        refused: false,
+    })
+}
+
+/// With lattices none of which folds.
+fn in_steps(
+    grid: &Grid<3>,
+    constraints: &[Constraint<3>],
+    policy: PolicyChoice,
+) -> Result<Pulled, DirectError> {
+    let options = InjectiveOptions {
+        policy: policy.into(),
+        ..InjectiveOptions::default()
+    };
+    let pull = grid.injective_pull(constraints, &options)?;
+    let largest_residual = pull.largest_residual();
+    Ok(Pulled {
+        refused: options.policy == StepPolicy::Paper && pull.stopped.is_some(),
+        sequence: pull.sequence,
+        merged: pull.merged,
+        largest_residual,
+        achieved: pull.achieved,
+        stopped: pull.stopped.map(|stopped| stopped.to_string()),
+    })
 }
 
 /// The box of the lattice: that of the points with a margin, never flat.

@@ -16,13 +16,13 @@ use std::{
 use clap::Parser as _;
 use cli::Cli;
 use examples::{
-    deformer::DeformerKind,
+    deformer::{Deformer, DeformerKind},
     moments::Moments,
     motion::{Motion, NoGrasp, Recording, RecordingSource, Script},
     output::OutputFolder,
     picture::contact_sheet,
     rehearsal,
-    report::{OBJECT_FILE, Report},
+    report::{JOURNAL_FILE, OBJECT_FILE, Report},
     scene::{Object, Resolution},
     session::{self, SessionOptions},
     soft_body::SoftBody,
@@ -169,6 +169,11 @@ fn run(cli: &Cli) -> Result<(), Error> {
         ("contact-sheet.png", &png),
         (OBJECT_FILE, object_text.as_bytes()),
     ];
+    let journal;
+    if let Deformer::FreeForm(free_form) = outcome.object.deformer() {
+        journal = serde_json::to_string(&free_form.journal()?.0)? + "\n";
+        files.push((JOURNAL_FILE, journal.as_bytes()));
+    }
     let pvd = vtu::collection(&series);
     if cli.vtu {
         files.push(("series.pvd", pvd.as_bytes()));
