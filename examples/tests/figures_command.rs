@@ -62,7 +62,7 @@ fn pulls_that_fold_cross_and_steps_do_not() {
         let paper = image.rgb[0];
         let drawn = image.rgb.iter().filter(|&&pixel| pixel != paper).count();
         assert!(
-            drawn > image.rgb.len() / 10,
+            drawn > image.rgb.len() / 40,
             "figure {figure} is nearly empty"
         );
     }

@@ -92,7 +92,8 @@ fn slowly(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> Crossings {
 /// less than rounding errors would be.
 fn awkward_points() -> impl Strategy<Value = Vec<[f64; 3]>> {
     let coordinate = (0_i8..4, 0_u8..8).prop_map(|(n, nudge)| {
-        let x = f64::from(n) * 0.1;
+        // Not 0, whose neighbours are outside the range in which predicates are exact.
+        let x = f64::from(n + 1) * 0.1;
         match nudge {
             0 => x.next_up(),
             1 => x.next_down(),
