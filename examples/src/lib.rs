@@ -14,9 +14,10 @@
 //!
 //! One direction, one owner per arrow. See [`session::run`].
 //!
-//! Beside the loop stand two programs for free-form deformation: `ffd`, which deforms
-//! mesh files, and `warp`, which warps a picture (see [`warp`]). [`command`] is what they
-//! have in common.
+//! Beside the loop stand three programs for free-form deformation: `ffd`, which deforms
+//! mesh files, `warp`, which warps a picture (see [`warp`]), and `figures`, which draws and
+//! measures the figures of the paper ([`mesh_crossings`] counts where meshes cross).
+//! [`command`] is what they have in common.
 
 pub mod command;
 pub mod deformer;
@@ -24,6 +25,8 @@ pub mod devices;
 pub mod geometry;
 pub mod grasp;
 pub mod hand_proxy;
+pub mod ink;
+pub mod mesh_crossings;
 pub mod mesh_file;
 pub mod moments;
 pub mod motion;

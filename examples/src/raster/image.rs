@@ -80,7 +80,7 @@ impl Image {
     }
 
     /// Copies `other` to column `x` and row `y`; what sticks out is left away.
-    pub(crate) fn paste(&mut self, other: &Image, x: usize, y: usize) {
+    pub fn paste(&mut self, other: &Image, x: usize, y: usize) {
         let columns = other.width.min(self.width.saturating_sub(x));
         let rows = other.height.min(self.height.saturating_sub(y));
         for row in 0..rows {

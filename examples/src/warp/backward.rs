@@ -18,7 +18,7 @@
 
 use glam::DVec3;
 
-use super::ink::{bounds, cross, sub};
+use crate::ink::{bounds, cross, sub};
 use crate::raster::{Image, from_linear, to_linear};
 
 /// Places a side that are looked up for each pixel.

@@ -2,7 +2,7 @@
 
 use ffd_core::Lattice;
 
-use super::ink::rgb;
+use crate::ink::rgb;
 use crate::raster::{Image, to_bytes};
 
 /// Places a side at which the determinant is computed for each pixel.

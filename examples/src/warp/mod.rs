@@ -18,7 +18,6 @@
 
 mod backward;
 mod determinant;
-mod ink;
 mod panels;
 mod portrait;
 mod sheet;

@@ -6,9 +6,11 @@ use super::{
     Drag,
     backward::{BackwardMap, Source},
     determinant::{DeterminantField, Range},
-    ink::{Ink, length, rgb, sub},
 };
-use crate::raster::Image;
+use crate::{
+    ink::{Ink, length, rgb, sub},
+    raster::Image,
+};
 
 /// Pixels of the longer side of a panel.
 const LONGER_SIDE: usize = 460;

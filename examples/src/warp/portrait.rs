@@ -1,11 +1,11 @@
 //! A picture in which a warp is seen well: a face with a hat in front of rings and a
 //! chequerboard.
 
-use super::{
-    Drag,
+use super::Drag;
+use crate::{
     ink::{Ink, rgb},
+    raster::Image,
 };
-use crate::raster::Image;
 
 /// Pixels a side of the picture.
 pub const PORTRAIT_SIZE: usize = 960;

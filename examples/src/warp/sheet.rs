@@ -2,10 +2,12 @@
 
 use super::{
     determinant::{colour, folded_colour},
-    ink::{Ink, rgb},
     panels::Panels,
 };
-use crate::raster::{Image, draw_text, text_size, to_bytes};
+use crate::{
+    ink::{Ink, rgb},
+    raster::{Image, draw_text, text_size, to_bytes},
+};
 
 const PAPER: [f32; 3] = rgb(0xFB_FB_F9);
 const INK: [f32; 3] = rgb(0x21_26_31);

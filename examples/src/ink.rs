@@ -4,7 +4,8 @@ use crate::raster::{Image, to_bytes};
 
 /// The part of each pixel that is covered by shapes. Shapes that overlap count once, so
 /// that they can be painted together in one translucent colour.
-pub(super) struct Ink {
+#[derive(Debug, Clone)]
+pub struct Ink {
     width: usize,
     height: usize,
     coverage: Vec<f32>,
@@ -12,7 +13,8 @@ pub(super) struct Ink {
 
 impl Ink {
     /// Nothing, for a picture.
-    pub(super) fn for_image(image: &Image) -> Self {
+    #[must_use]
+    pub fn for_image(image: &Image) -> Self {
         Self {
             width: image.width,
             height: image.height,
@@ -49,19 +51,19 @@ impl Ink {
     }
 
     /// A filled circle.
-    pub(super) fn disc(&mut self, centre: [f64; 2], radius: f64) -> &mut Self {
+    pub fn disc(&mut self, centre: [f64; 2], radius: f64) -> &mut Self {
         self.add([centre; 2], radius, |p| length(sub(p, centre)) - radius)
     }
 
     /// A circle of some width.
-    pub(super) fn ring(&mut self, centre: [f64; 2], radius: f64, width: f64) -> &mut Self {
+    pub fn ring(&mut self, centre: [f64; 2], radius: f64, width: f64) -> &mut Self {
         self.add([centre; 2], radius + width, |p| {
             (length(sub(p, centre)) - radius).abs() - width / 2.0
         })
     }
 
     /// A line with round ends.
-    pub(super) fn line(&mut self, [a, b]: [[f64; 2]; 2], width: f64) -> &mut Self {
+    pub fn line(&mut self, [a, b]: [[f64; 2]; 2], width: f64) -> &mut Self {
         let along = sub(b, a);
         let squared = dot(along, along);
         self.add(bounds([a, b]), width / 2.0, |p| {
@@ -75,7 +77,7 @@ impl Ink {
     }
 
     /// Lines from point to point.
-    pub(super) fn polyline(&mut self, points: &[[f64; 2]], width: f64) -> &mut Self {
+    pub fn polyline(&mut self, points: &[[f64; 2]], width: f64) -> &mut Self {
         for ends in points.windows(2) {
             self.line([ends[0], ends[1]], width);
         }
@@ -83,7 +85,7 @@ impl Ink {
     }
 
     /// A box with round corners, which lie within `low` and `high`.
-    pub(super) fn rounded(&mut self, low: [f64; 2], high: [f64; 2], radius: f64) -> &mut Self {
+    pub fn rounded(&mut self, low: [f64; 2], high: [f64; 2], radius: f64) -> &mut Self {
         self.add([low, high], 0.0, |p| {
             let beyond = [0, 1].map(|c| {
                 let middle = f64::midpoint(low[c], high[c]);
@@ -95,7 +97,7 @@ impl Ink {
     }
 
     /// A triangle, whose corners may come in any order, grown by `margin`.
-    pub(super) fn triangle(&mut self, corners: [[f64; 2]; 3], margin: f64) -> &mut Self {
+    pub fn triangle(&mut self, corners: [[f64; 2]; 3], margin: f64) -> &mut Self {
         let [a, b, c] = corners;
         let turn = cross(sub(b, a), sub(c, a)).signum();
         self.add(bounds(corners), margin, |p| {
@@ -108,7 +110,7 @@ impl Ink {
     }
 
     /// Paints all shapes in one colour; `opacity` is from 0 to 1.
-    pub(super) fn paint(&self, image: &mut Image, colour: [f32; 3], opacity: f32) {
+    pub fn paint(&self, image: &mut Image, colour: [f32; 3], opacity: f32) {
         for (pixel, &part) in image.rgb.iter_mut().zip(&self.coverage) {
             if part > 0.0 {
                 let over = part * opacity;
@@ -123,12 +125,15 @@ impl Ink {
 }
 
 /// An sRGB colour as it is written on the web.
-pub(super) const fn rgb(hex: u32) -> [f32; 3] {
+#[must_use]
+pub const fn rgb(hex: u32) -> [f32; 3] {
     let [_, r, g, b] = hex.to_be_bytes();
     [r as f32 / 255.0, g as f32 / 255.0, b as f32 / 255.0]
 }
 
-pub(super) fn sub(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
+/// The vector from `b` to `a`.
+#[must_use]
+pub fn sub(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
     [a[0] - b[0], a[1] - b[1]]
 }
 
@@ -136,16 +141,21 @@ fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
     a[0] * b[0] + a[1] * b[1]
 }
 
-pub(super) fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {
+/// Twice the area of the triangle 0, a, b; negative if it turns the other way.
+#[must_use]
+pub fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {
     a[0] * b[1] - a[1] * b[0]
 }
 
-pub(super) fn length(a: [f64; 2]) -> f64 {
+/// The length of a vector.
+#[must_use]
+pub fn length(a: [f64; 2]) -> f64 {
     a[0].hypot(a[1])
 }
 
 /// The lowest and highest coordinates.
-pub(super) fn bounds<const N: usize>(points: [[f64; 2]; N]) -> [[f64; 2]; 2] {
+#[must_use]
+pub fn bounds<const N: usize>(points: [[f64; 2]; N]) -> [[f64; 2]; 2] {
     let ends = [f64::min as fn(f64, f64) -> f64, f64::max];
     ends.map(|end| [0, 1].map(|c| points.iter().map(|p| p[c]).fold(points[0][c], end)))
 }
