@@ -46,6 +46,7 @@ pub mod warp;
 #[cfg(doctest)]
 #[doc = include_str!("../../docs/src/injectivity.md")]
 #[doc = include_str!("../../docs/src/certificates.md")]
+#[doc = include_str!("../../docs/src/sculpting.md")]
 struct Guide;
 
 /// Compiles and runs the examples of the guide to property tests.
