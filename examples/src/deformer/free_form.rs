@@ -33,9 +33,13 @@ const MARGIN: f64 = 0.05;
 /// the rounding of the stored lattice the fold itself might be passed.
 const SAFE_PART: f64 = 0.999;
 
+/// What space keeps of its volume everywhere, about: fingers that push on and on come ever
+/// closer to the fold otherwise, where every further test takes exact arithmetic.
+const LEAST_DETERMINANT: f64 = 1e-3;
+
 /// Width of the interval in which the least determinant of each accepted lattice is known:
 /// it is 1 where nothing moves.
-const DETERMINANT_WIDTH: f64 = 0.01;
+const DETERMINANT_WIDTH: f64 = 1e-3;
 
 /// A lattice around a rest shape.
 #[derive(Debug, Clone)]
@@ -45,6 +49,8 @@ pub struct FreeForm {
     /// What the object follows: proven not to fold.
     lattice: Lattice<3>,
     manipulation: Option<DirectManipulation<3>>,
+    /// The points that are held, on the rest shape.
+    points: Vec<[f64; 3]>,
     /// What the fingertips ask for.
     wanted: Lattice<3>,
     displacements: Vec<[f64; 3]>,
@@ -87,6 +93,7 @@ impl FreeForm {
             wanted: lattice.clone(),
             lattice,
             manipulation: None,
+            points: Vec::new(),
             journal: Arc::new(journal),
         })
     }
@@ -99,7 +106,8 @@ impl FreeForm {
     /// [`FfdError`] if the object was moved out of the range of numbers.
     pub fn journal(&self) -> Result<(Sequence<3>, DVec3), FfdError> {
         let mut sequence = self.journal.kept.clone();
-        if self.lattice.displacements().iter().any(|&d| d != [0.0; 3]) {
+        let all = self.lattice.displacements().as_flattened();
+        if all.iter().any(|&x| x != 0.0) {
             sequence.push(self.moved_back()?);
         }
         Ok((sequence, self.journal.moved))
@@ -173,6 +181,7 @@ impl FreeForm {
             ..PullOptions::default()
         };
         self.manipulation = Some(DirectManipulation::new(grid, &points, &options)?);
+        self.points = points;
         Ok(())
     }
 
@@ -230,7 +239,7 @@ impl FreeForm {
                 .expect("finite");
             verdict = check(&self.wanted);
         }
-        if verdict.is_injective() {
+        if verdict.is_injective() && verdict.min_det[1] > LEAST_DETERMINANT {
             std::mem::swap(&mut self.lattice, &mut self.wanted);
         } else {
             // Rounding may matter right before a fold, and the way to rest need not be free
@@ -240,13 +249,29 @@ impl FreeForm {
         }
         self.displacements_into(&self.lattice, out);
         Step {
-            fraction: fraction * step,
+            fraction: if fraction * step < 1.0 {
+                self.share_of(contact_displacements)
+            } else {
+                1.0
+            },
             certificate: Some(super::Certified {
                 verdict: verdict.outcome.name(),
                 min_det: verdict.min_det,
                 step,
             }),
         }
+    }
+
+    /// How far the held points have gone in the direction that was asked for.
+    fn share_of(&self, asked: &[[f64; 3]]) -> f64 {
+        let (mut gone, mut all) = (0.0, 0.0);
+        for (&point, &asked) in self.points.iter().zip(asked) {
+            let (point, asked) = (DVec3::from(point), DVec3::from(asked));
+            let now = DVec3::from(self.lattice.deform_point(point.to_array()));
+            gone += (now - point).dot(asked);
+            all += asked.length_squared();
+        }
+        if all > 0.0 { gone / all } else { 1.0 }
     }
 
     /// Shortens the way from the lattice to the one that is wanted.

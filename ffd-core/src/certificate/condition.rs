@@ -217,7 +217,7 @@ impl<const D: usize> Condition<'_, D> {
                     }
                 }
                 Step::Cut(axis) => {
-                    let [low, high] = split(&forms, *axis);
+                    let [low, high] = split(&forms, usize::from(*axis));
                     stack.push(high);
                     stack.push(low);
                 }
@@ -252,7 +252,9 @@ impl<const D: usize> Condition<'_, D> {
             let degree = factors * cell.exact.degree[axis];
             bits += u64::BITS as usize - binomial(degree, degree / 2).leading_zeros() as usize;
             if tree.steps.len() > 1 {
-                bits += u64::BITS as usize - multiple(degree).leading_zeros() as usize;
+                // Of the degree of the form, which is one less for some, and then may be larger.
+                let multiple = multiple(degree).max(multiple(degree - 1));
+                bits += u64::BITS as usize - multiple.leading_zeros() as usize;
                 bits += degree * tree.depth[axis];
             }
         }

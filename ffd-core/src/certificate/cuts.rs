@@ -43,7 +43,7 @@ pub enum CutsError {
 pub(super) enum Step {
     Leaf,
     /// Cut along an axis.
-    Cut(usize),
+    Cut(u8),
 }
 
 /// The tree of a cell.
@@ -128,7 +128,8 @@ fn read_tree(bytes: &[u8], at: &mut usize, dimension: usize) -> Result<Tree, Cut
             tree.steps.push(Step::Leaf);
             continue;
         }
-        let axis = usize::from(byte.wrapping_sub(b'x'));
+        let number = byte.wrapping_sub(b'x');
+        let axis = usize::from(number);
         if axis >= dimension {
             return Err(CutsError::Character { position });
         }
@@ -137,7 +138,7 @@ fn read_tree(bytes: &[u8], at: &mut usize, dimension: usize) -> Result<Tree, Cut
             return Err(CutsError::Depth { position });
         }
         tree.depth[axis] = tree.depth[axis].max(level[axis]);
-        tree.steps.push(Step::Cut(axis));
+        tree.steps.push(Step::Cut(number));
         open.extend([level, level]);
     }
     Ok(tree)

@@ -35,7 +35,7 @@ pub enum StepPolicy {
     /// Nine tenths of the [largest safe step](Lattice::largest_safe_step) are taken, or, so
     /// that the last step is not a small one, as many equal parts of what is left as come
     /// closest to that. Not always the fewest steps, as a step that passes through a fold
-    /// can end without one, but all poses within a step are regular as well.
+    /// can end without one, but all poses on the straight way to a step are regular as well.
     Greedy,
 }
 
@@ -104,6 +104,12 @@ pub enum Stopped<const D: usize> {
         /// What was found of it.
         verdict: Box<Verdict<D>>,
     },
+    /// It was, but not all poses on the straight way to it, which [`StepPolicy::Greedy`]
+    /// asks for.
+    FoldsOnTheWay {
+        /// Where on that way, from 0 to 1: [`SafeStep::t`](crate::SafeStep::t).
+        t: [f64; 2],
+    },
     /// From where the points are now, no lattice moves them on: points that were apart
     /// have met, or one has left the lattice.
     Constraints(DirectError),
@@ -114,6 +120,13 @@ impl<const D: usize> std::fmt::Display for Stopped<D> {
         match self {
             Self::Folds { verdict } => {
                 write!(f, "the shortest step is {}", verdict.outcome.name())
+            }
+            Self::FoldsOnTheWay { t } => {
+                write!(
+                    f,
+                    "the shortest step may fold on its way, from t = {} on",
+                    t[0]
+                )
             }
             Self::Constraints(error) => write!(f, "no further step exists: {error}"),
         }
@@ -359,8 +372,11 @@ impl<'a, const D: usize> Stepper<'a, D> {
             if let Err(error) = self.solve(1.0) {
                 return Some(Stopped::Constraints(error));
             }
-            let step = rest.largest_safe_step(&self.step, &options);
-            let [safe, _] = step.expect("both are on the same grid").t;
+            let way = |step: &Lattice<D>| {
+                let safe = rest.largest_safe_step(step, &options);
+                safe.expect("both are on the same grid").t
+            };
+            let [safe, _] = way(&self.step);
             let left = 1.0 - self.achieved;
             let mut part = if safe >= 1.0 {
                 left
@@ -381,13 +397,20 @@ impl<'a, const D: usize> Stepper<'a, D> {
                     Ok(verdict) => verdict,
                     Err(stopped) => return Some(stopped),
                 };
-                if verdict.is_regular() {
-                    self.take(end, verdict);
-                    break;
-                }
-                if part <= shortest {
+                let stopped = if verdict.is_regular() {
+                    // So is the way to it, rounded or raised to the shortest as it may be.
+                    let t = way(&self.step);
+                    if t[0] >= 1.0 {
+                        self.take(end, verdict);
+                        break;
+                    }
+                    Stopped::FoldsOnTheWay { t }
+                } else {
                     let verdict = Box::new(verdict);
-                    return Some(Stopped::Folds { verdict });
+                    Stopped::Folds { verdict }
+                };
+                if part <= shortest {
+                    return Some(stopped);
                 }
                 part *= 0.5;
             }

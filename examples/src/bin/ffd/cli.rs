@@ -123,7 +123,7 @@ Prints a line for each lattice:
 
 claim     what the certificate says of the lattice, in the words of `ffd check`
 theorem   why the map is one-to-one; null unless it is injective
-min_det   a lower bound of det J on the closed domain; null unless that is positive
+min_det   a lower bound of det J on the closed domain; null unless det J > 0 was claimed
 reason    why a certificate is rejected; then nothing is proven, nor disproven
 
 Everything is computed again from the lattice in exact arithmetic. The exit code is 0 if

@@ -44,6 +44,7 @@ pub(crate) fn policy_name(policy: StepPolicy) -> &'static str {
     match policy {
         StepPolicy::Paper => "paper",
         StepPolicy::Exact => "exact",
+        StepPolicy::Greedy => "greedy",
         _ => "other",
     }
 }

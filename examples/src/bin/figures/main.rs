@@ -85,7 +85,7 @@ impl Settings {
         let policies = if quick {
             vec![StepPolicy::Exact]
         } else {
-            vec![StepPolicy::Paper, StepPolicy::Exact]
+            vec![StepPolicy::Paper, StepPolicy::Exact, StepPolicy::Greedy]
         };
         let injective = policies.iter().map(|&policy| Manner::Injective(policy));
         Self {

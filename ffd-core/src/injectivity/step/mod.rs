@@ -66,7 +66,8 @@ pub struct SafeStep<const D: usize> {
     /// * `[0, ∞]` if that is not known;
     /// * `t[1]` is infinite and `t[0] < 1` if the budget was spent before a fold was found.
     pub t: [f64; 2],
-    /// Where `det J ≤ 0` for some t ≤ `t[1]`; unknown if that is infinite.
+    /// Where `det J ≤ 0` for some t ≤ `t[1]`; `None` if that is infinite or 0 (at t = 0,
+    /// [`Lattice::check`] tells).
     pub place: Option<Place<D>>,
     /// The work that was done, with that of the test at t = 0.
     pub effort: Effort,

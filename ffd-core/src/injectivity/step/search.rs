@@ -347,6 +347,12 @@ impl<'a, const D: usize> Search<'a, D> {
             }
         } else {
             let middle = f64::midpoint(from, to);
+            // Shorter ways do not help where rounding is larger than what changes along them.
+            if most <= part.error || middle <= from || to <= middle {
+                part.coefficients = Vec::new();
+                self.doubtful.push(part);
+                return;
+            }
             let mut later = part.clone();
             part.restrict(level, from, middle);
             later.restrict(level, middle, to);
