@@ -202,10 +202,10 @@ mod tests {
 
     #[test]
     fn trees_are_read_and_written() {
-        let text = "3.x..2.xyz.....";
+        let text = "3.x..2.xyz....";
         assert_eq!(all(text, 3, 7).unwrap(), [(3, 1), (1, 3), (2, 1), (1, 7)]);
         let mut writer = Writer::default();
-        for tree in [".", ".", ".", "x..", ".", ".", "xyz....."] {
+        for tree in [".", ".", ".", "x..", ".", ".", "xyz...."] {
             writer.tree(tree);
         }
         assert_eq!(writer.finish(), text);
