@@ -102,8 +102,10 @@ impl<const D: usize> Condition<'_, D> {
         }
         // One more for the sign.
         match (self.bits(cell, tree) + 1).div_ceil(64) {
-            0..=4 => self.walk::<Wide<4>>(cell, tree),
-            5..=6 => self.walk::<Wide<6>>(cell, tree),
+            0..=3 => self.walk::<Wide<3>>(cell, tree),
+            4 => self.walk::<Wide<4>>(cell, tree),
+            5 => self.walk::<Wide<5>>(cell, tree),
+            6 => self.walk::<Wide<6>>(cell, tree),
             7..=8 => self.walk::<Wide<8>>(cell, tree),
             9..=16 => self.walk::<Wide<16>>(cell, tree),
             _ => self.walk::<IBig>(cell, tree),
@@ -407,9 +409,9 @@ fn signed_determinant<T: Integer, const D: usize>(
     let mut det = cross(0, 1);
     if D == 3 {
         let third = &columns[2];
-        det = det.product(&third[2]);
-        det.add_product(&cross(1, 2), &third[0]);
-        det.add_product(&cross(2, 0), &third[1]);
+        det = third[2].product(&det);
+        det.add_product(&third[0], &cross(1, 2));
+        det.add_product(&third[1], &cross(2, 0));
     }
     let mirrored = cell::determinant(&cell.numbers.axes).sign() == Sign::Negative;
     if mirrored != reversed {

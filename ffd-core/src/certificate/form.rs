@@ -121,7 +121,8 @@ impl<T: Integer> Form<T> {
         product
     }
 
-    /// Adds a product of two polynomials, all in scaled form.
+    /// Adds a product of two polynomials, all in scaled form. Faster if the first is that of
+    /// shorter numbers.
     pub(super) fn add_product(&mut self, a: &Self, b: &Self) {
         let row = b.counts[0];
         for (number, x) in a.values.iter().enumerate() {
@@ -129,9 +130,7 @@ impl<T: Integer> Form<T> {
             for (number, values) in b.values.chunks_exact(row).enumerate() {
                 let (j2, k2) = (number % b.counts[1], number / b.counts[1]);
                 let at = i1 + self.counts[0] * ((j1 + j2) + self.counts[1] * (k1 + k2));
-                for (sum, y) in self.values[at..at + row].iter_mut().zip(values) {
-                    sum.add_product(x, y);
-                }
+                T::add_multiples(&mut self.values[at..at + row], x, values);
             }
         }
     }

@@ -16,7 +16,12 @@ pub(super) trait Integer: Clone {
     /// Adds a number times a small one.
     fn add_scaled(&mut self, other: &Self, factor: u64);
     /// Adds a product.
-    fn add_product(&mut self, a: &Self, b: &Self);
+    fn add_product(&mut self, a: &Self, b: &Self) {
+        Self::add_multiples(std::slice::from_mut(self), a, std::slice::from_ref(b));
+    }
+    /// Adds products with one factor to numbers, as many as there are other factors. Faster
+    /// if that factor is short.
+    fn add_multiples(sums: &mut [Self], factor: &Self, others: &[Self]);
     fn negate(&mut self);
     /// Multiplies by a power of two.
     fn shift(&mut self, bits: usize);
@@ -45,8 +50,10 @@ impl Integer for IBig {
         *self += other * Self::from(factor);
     }
 
-    fn add_product(&mut self, a: &Self, b: &Self) {
-        *self += a * b;
+    fn add_multiples(sums: &mut [Self], factor: &Self, others: &[Self]) {
+        for (sum, other) in sums.iter_mut().zip(others) {
+            *sum += factor * other;
+        }
     }
 
     fn negate(&mut self) {
@@ -78,6 +85,15 @@ pub(super) struct Wide<const N: usize>([u64; N]);
 #[inline(always)]
 fn halves(x: u128) -> (u64, u64) {
     (x as u64, (x >> 64) as u64)
+}
+
+impl<const N: usize> Wide<N> {
+    #[inline(always)]
+    fn invert(&mut self) {
+        for digit in &mut self.0 {
+            *digit = !*digit;
+        }
+    }
 }
 
 impl<const N: usize> Integer for Wide<N> {
@@ -130,14 +146,30 @@ impl<const N: usize> Integer for Wide<N> {
         }
     }
 
+    /// With the magnitude of the factor, of which leading zeros need not be multiplied.
     #[inline(always)]
-    fn add_product(&mut self, a: &Self, b: &Self) {
-        for i in 0..N {
-            let mut carry = 0;
-            for j in 0..N - i {
-                let product = u128::from(a.0[i]) * u128::from(b.0[j]);
-                let sum = product + u128::from(self.0[i + j]) + u128::from(carry);
-                (self.0[i + j], carry) = halves(sum);
+    fn add_multiples(sums: &mut [Self], factor: &Self, others: &[Self]) {
+        let is_negative = factor.is_negative();
+        let mut magnitude = *factor;
+        if is_negative {
+            magnitude.negate();
+        }
+        let used = N - magnitude.0.iter().rev().take_while(|&&d| d == 0).count();
+        for (sum, other) in sums.iter_mut().zip(others) {
+            // −1 − x is what has all digits inverted; so s − p is −1 − ((−1 − s) + p).
+            if is_negative {
+                sum.invert();
+            }
+            for (i, &digit) in magnitude.0[..used].iter().enumerate() {
+                let mut carry = 0;
+                for j in 0..N - i {
+                    let product = u128::from(digit) * u128::from(other.0[j]);
+                    let total = product + u128::from(sum.0[i + j]) + u128::from(carry);
+                    (sum.0[i + j], carry) = halves(total);
+                }
+            }
+            if is_negative {
+                sum.invert();
             }
         }
     }

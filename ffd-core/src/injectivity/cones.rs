@@ -210,7 +210,7 @@ fn sines_of_differences<S: Simd, const D: usize>(
 /// `stride`. Entries near the end of the list, and of lines along the axis, are left
 /// without meaning.
 #[inline(always)]
-fn sliding_maximum<S: Simd>(
+pub(super) fn sliding_maximum<S: Simd>(
     _: S,
     values: &mut Vec<f64>,
     stride: usize,

@@ -5,6 +5,7 @@ use fearless_simd::Level;
 use proptest::prelude::*;
 
 use super::batch::Kind;
+use super::dominance::{Dominance, distances_in_cell, lower_bound};
 use super::exact::ExactPiece;
 use super::partials::Partials;
 use super::piece::Shape;
@@ -93,6 +94,13 @@ fn check_coefficients<const D: usize>(
 
     let shape = Shape::new(&Products::result_degree(partials.degree));
     let bounds = shape.bounds(&coefficients);
+    let distances = distances_in_cell(&partials, cell);
+    let of_all = Dominance::new(&partials);
+    let same = of_all.of_cell(partials.index(cell)).map(f64::to_bits);
+    prop_assert_eq!(same, distances.map(f64::to_bits));
+    if let Some(least) = lower_bound(distances) {
+        prop_assert!(least <= bounds.min + error, "{least} {bounds:?}");
+    }
     for level in crate::levels::levels() {
         let again = Kind::new(level, &partials, number).bounds(&[number])[0];
         let tolerance = again.error + error;

@@ -7,6 +7,7 @@ mod checker;
 mod choi_lee;
 mod columns;
 mod cones;
+mod dominance;
 mod exact;
 mod global;
 mod hull;

@@ -3,19 +3,21 @@
 //! Each cell is decided by the first of these that can:
 //!
 //! 1. the conic-hull test ([`cones`](super::cones)), a few nanoseconds a cell;
-//! 2. the signs of the Bernstein coefficients ([`product`](super::product));
-//! 3. subdivision, the worst box of all cells first ([`subdivide`](super::subdivide));
-//! 4. exact arithmetic for boxes where values are as small as rounding errors
+//! 2. how near columns are to the axes ([`dominance`](super::dominance)), as cheap;
+//! 3. the signs of the Bernstein coefficients ([`product`](super::product));
+//! 4. subdivision, the worst box of all cells first ([`subdivide`](super::subdivide));
+//! 5. exact arithmetic for boxes where values are as small as rounding errors
 //!    ([`settle`](super::settle)).
 //!
 //! A box is positive if all coefficients, or a better lower bound ([`lower`](super::lower)),
 //! are above a bound of the rounding error; it is folded if a corner is below minus that
 //! bound. Nothing else decides.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashMap;
 
 use super::batch;
 use super::cones::Cones;
+use super::dominance::{distances_in_cell, lower_bound};
 use super::partials::Partials;
 use super::piece::Shape;
 use super::product::Products;
@@ -230,10 +232,24 @@ impl<const D: usize> Search<D> {
         let open = |s: &State<D>| matches!(s, State::Unknown | State::Doubtful(_));
         let all_cells = 0..self.states.len();
         let mut cells: Vec<usize> = all_cells.filter(|&c| open(&self.states[c])).collect();
+        let mut queue = Queue::default();
+        if cells.len() >= FEWEST_IN_A_BATCH {
+            self.sort_by_dominance(&mut cells);
+            // A map that folds is likely to do so in the first of them.
+            if !all && cells.len() > batch::GROUP {
+                let rest = cells.split_off(batch::GROUP);
+                self.bound_in_batches(lattice, &mut cells);
+                for cell in std::mem::replace(&mut cells, rest) {
+                    self.bound_cell(lattice, cell, &mut queue);
+                    if let Some(both) = self.both_signs() {
+                        return both;
+                    }
+                }
+            }
+        }
         if cells.len() >= FEWEST_IN_A_BATCH {
             self.bound_in_batches(lattice, &mut cells);
         }
-        let mut queue = Queue::default();
         for cell in cells {
             if !all && let Some(both) = self.both_signs() {
                 return both;
@@ -272,6 +288,23 @@ impl<const D: usize> Search<D> {
         self.sum_up(reversed)
     }
 
+    /// Takes cells from the list that are regular because columns are near the axes, and sorts
+    /// the others: those come first in which columns are farthest from them.
+    fn sort_by_dominance(&mut self, cells: &mut Vec<usize>) {
+        let mut sizes: Vec<(f64, usize)> = Vec::with_capacity(cells.len());
+        for &cell in &*cells {
+            let distances = distances_in_cell(&self.partials, self.partials.cell(cell));
+            if let Some(least) = lower_bound(distances) {
+                self.states[cell] = State::Positive(least);
+            } else {
+                sizes.push((distances.iter().sum(), cell));
+            }
+        }
+        sizes.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        cells.clear();
+        cells.extend(sizes.iter().map(|&(_, cell)| cell));
+    }
+
     /// Decides the cells that single precision can decide, and leaves the others in the list.
     fn bound_in_batches(&mut self, lattice: &Lattice<D>, cells: &mut Vec<usize>) {
         if !self.partials.is_sound() {
@@ -281,17 +314,12 @@ impl<const D: usize> Search<D> {
         let Self {
             partials, states, ..
         } = self;
-        // Lists of cells of the same kind; in a uniform grid there is one.
-        let mut kinds: BTreeMap<[usize; D], Vec<usize>> = BTreeMap::new();
-        for &cell in &*cells {
-            let kind = partials.kind(partials.cell(cell));
-            kinds.entry(kind).or_default().push(cell);
-        }
+        let lists = batch::by_kind(partials, cells);
         cells.clear();
         let mut least_seen = self.least_seen;
-        for list in kinds.values() {
+        for list in lists {
             let kind = batch::Kind::new(self.products.level, partials, list[0]);
-            let bounds = bounds_of_all(&kind, list, self.parallel);
+            let bounds = bounds_of_all(&kind, &list, self.parallel);
             for (&cell, bounds) in list.iter().zip(bounds) {
                 let low = bounds.min - bounds.error;
                 least_seen = least_seen.min(bounds.low_corner + bounds.error);

@@ -2,6 +2,8 @@
 //! interval that contains its minimum.
 
 use super::Budget;
+use super::batch::{self, CHUNK};
+use super::dominance::Dominance;
 use super::queue::{Node, Queue};
 use super::search::{DEEPEST, Part, Search, State};
 use crate::Lattice;
@@ -116,8 +118,11 @@ impl<const D: usize> Search<D> {
     pub(super) fn enclose(&mut self, width: f64, budget: &Budget) -> [f64; 2] {
         self.partials.prepare();
         let mut queue = Queue::default();
-        let mut high = f64::INFINITY;
-        for cell in 0..self.states.len() {
+        let (cells, mut high) = self.where_least_may_be();
+        for (least, cell) in cells {
+            if least >= high {
+                break;
+            }
             let mut node = self.whole_cell(cell);
             self.bound(&mut node, &mut high);
             queue.push(node);
@@ -144,6 +149,53 @@ impl<const D: usize> Search<D> {
         }
         self.least_seen = self.least_seen.min(high);
         self.partials.divide_by_frame([low.min(high), high])
+    }
+
+    /// Cells with lower bounds of their determinants, the least first, and an upper bound of
+    /// the least determinant: the cheapest bounds that tell which cells matter.
+    fn where_least_may_be(&mut self) -> (Vec<(f64, usize)>, f64) {
+        let in_order = |cells: &mut Vec<(f64, usize)>| {
+            cells.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        };
+        let dominance = Dominance::new(&self.partials);
+        let bound = |cell: usize| {
+            let index = self.partials.index(self.partials.cell(cell));
+            let known = match self.states[cell] {
+                State::Positive(bound) => bound,
+                _ => f64::NEG_INFINITY,
+            };
+            dominance
+                .least(index)
+                .map_or(known, |least| known.max(least))
+        };
+        let mut cells: Vec<_> = (0..self.states.len()).map(|c| (bound(c), c)).collect();
+        in_order(&mut cells);
+        let mut high = f64::INFINITY;
+        if self.partials.is_sound() {
+            for chunk in cells.chunks_mut(CHUNK) {
+                chunk.sort_by_key(|&(_, cell)| cell);
+                let numbers: Vec<usize> = chunk
+                    .iter()
+                    .filter(|(least, _)| *least < high)
+                    .map(|&(_, cell)| cell)
+                    .collect();
+                if numbers.is_empty() {
+                    break;
+                }
+                self.effort.boxes += numbers.len();
+                for list in batch::by_kind(&self.partials, &numbers) {
+                    let kind = batch::Kind::new(self.products.level, &self.partials, list[0]);
+                    for (&cell, bounds) in list.iter().zip(kind.bounds(&list)) {
+                        high = high.min(bounds.low_corner + bounds.error);
+                        let at = chunk.binary_search_by_key(&cell, |&(_, cell)| cell);
+                        let (least, _) = &mut chunk[at.expect("taken from there")];
+                        *least = least.max(bounds.min - bounds.error);
+                    }
+                }
+            }
+        }
+        in_order(&mut cells);
+        (cells, high)
     }
 
     /// Sets the lower bound of a box, and lowers the upper bound of the minimum.

@@ -7,7 +7,7 @@ const HALVINGS: u32 = 48;
 const LARGEST: f64 = 1e300;
 
 /// A polynomial in s by its Bernstein coefficients; of which there are `D + 1`.
-pub(super) type Along = [f64; 4];
+pub(in super::super) type Along = [f64; 4];
 
 /// Cuts in the middle.
 fn halves<const D: usize>(p: &Along) -> [Along; 2] {
@@ -21,36 +21,39 @@ fn halves<const D: usize>(p: &Along) -> [Along; 2] {
     [low, high]
 }
 
+/// Whether all coefficients are positive.
+pub(super) fn is_positive<const D: usize>(p: &Along) -> bool {
+    p[..=D].iter().all(|&c| c > 0.0)
+}
+
 /// A place not far behind the first at which the polynomial is zero or negative, where its
 /// value as computed by halving is so.
 ///
 /// A few hundred roundings relative to the largest coefficient are in the value.
 pub(super) fn first_fall<const D: usize>(p: &Along) -> Option<f64> {
     // What is not a number is neither positive nor not, in all of its halves.
-    if !p[..=D].iter().all(|c| c.abs() <= LARGEST) {
+    if is_positive::<D>(p) || !p[..=D].iter().all(|c| c.abs() <= LARGEST) {
         return None;
     }
-    let mut open = vec![(*p, 0.0, 0_u32)];
-    while let Some((p, from, level)) = open.pop() {
-        if p[0] <= 0.0 {
-            return Some(from);
-        }
-        if p[..=D].iter().all(|&c| c > 0.0) {
-            continue;
-        }
-        let size = 0.5_f64.powi(level.cast_signed());
-        if level == HALVINGS {
-            // Positive here, not so at the end perhaps.
-            if p[D] <= 0.0 {
-                return Some(from + size);
-            }
-            continue;
-        }
-        let [low, high] = halves::<D>(&p);
-        open.push((high, from + 0.5 * size, level + 1));
-        open.push((low, from, level + 1));
+    fall_in::<D>(p, 0.0, 0)
+}
+
+/// The same in a part, halved a number of times, that begins somewhere.
+fn fall_in<const D: usize>(p: &Along, from: f64, level: u32) -> Option<f64> {
+    if p[0] <= 0.0 {
+        return Some(from);
     }
-    None
+    if is_positive::<D>(p) {
+        return None;
+    }
+    let size = 0.5_f64.powi(level.cast_signed());
+    if level == HALVINGS {
+        // Positive here, not so at the end perhaps.
+        return (p[D] <= 0.0).then_some(from + size);
+    }
+    let [low, high] = halves::<D>(p);
+    fall_in::<D>(&low, from, level + 1)
+        .or_else(|| fall_in::<D>(&high, from + 0.5 * size, level + 1))
 }
 
 /// Up to which s, exclusively, all polynomials with coefficients of at least these are

@@ -91,24 +91,18 @@ impl<const D: usize> TimeBox<D> {
             better_first |= k == 0 && bounds.low_corner.0 > self.error;
         }
         self.largest = largest;
-        self.safe = self.end_of(&least);
+        self.safe = end_of::<D>(self.t, &least);
         if self.safe < wanted && better_first {
-            for k in 0..=D {
+            for k in (0..=D).rev() {
                 let bound = shape.lower_bound(self.slab(k), false, scratch);
+                // The last is the one that folds: what does not help there helps nowhere.
+                if k == D && bound - self.error <= least[k] {
+                    break;
+                }
                 least[k] = least[k].max(bound - self.error);
             }
-            self.safe = self.safe.max(self.end_of(&least));
+            self.safe = self.safe.max(end_of::<D>(self.t, &least));
         }
-    }
-
-    fn end_of(&self, least: &Along) -> f64 {
-        let until = safe_until::<D>(least);
-        if until == f64::INFINITY {
-            return until;
-        }
-        let length = (self.t[1] - self.t[0]).next_down();
-        let end = self.t[0] + until * length;
-        end.next_down().max(self.t[0])
     }
 
     /// Keeps the part of the way from `from` to `to`, both within that of the box.
@@ -167,6 +161,17 @@ impl<const D: usize> TimeBox<D> {
     pub(super) fn size(&self) -> [f64; D] {
         self.level.map(|level| 0.5_f64.powi(level))
     }
+}
+
+/// Up to where all polynomials with coefficients of at least these on a part of the way are
+/// positive, rounded down; infinite if they are in all of it.
+pub(super) fn end_of<const D: usize>([from, to]: [f64; 2], least: &Along) -> f64 {
+    let until = safe_until::<D>(least);
+    if until == f64::INFINITY {
+        return until;
+    }
+    let end = from + until * (to - from).next_down();
+    end.next_down().max(from)
 }
 
 /// The part before or after `s`, by de Casteljau's algorithm.

@@ -1,6 +1,8 @@
 //! When the determinant first falls to zero at some points: no proof of anything, but it
 //! tells how far along the way it is worth looking.
 
+use std::collections::BTreeSet;
+
 use super::along::{Along, first_fall};
 use crate::matrix::{Matrix, determinant};
 use crate::{Evaluation, Lattice};
@@ -17,24 +19,25 @@ pub(super) struct Guess<const D: usize> {
     pub(super) t: f64,
 }
 
-/// The earliest fall at the corners and the middles of cells, and at places near the best.
+/// The earliest fall at the corners and the middles of the given cells, and at places near
+/// the best.
 pub(super) fn earliest<const D: usize>(
     from: &Lattice<D>,
     to: &Lattice<D>,
     cells: [usize; D],
+    among: &[[usize; D]],
 ) -> Option<Guess<D>> {
     let mut best: Option<Guess<D>> = None;
-    for offset in [0.0, 0.5] {
-        let counts = cells.map(|n| if offset == 0.0 { n + 1 } else { n });
-        for number in 0..counts.iter().product() {
-            let mut rest: usize = number;
-            let at = counts.map(|n| {
-                let index = rest % n;
-                rest /= n;
-                index as f64 + offset
-            });
-            improve(from, to, at, &mut best);
-        }
+    for cell in among {
+        improve(from, to, cell.map(|i| i as f64 + 0.5), &mut best);
+    }
+    // Corners once, by their indices.
+    let corners = among.iter().flat_map(|cell| {
+        (0..1_usize << D).map(move |corner| std::array::from_fn(|a| cell[a] + (corner >> a & 1)))
+    });
+    let corners: BTreeSet<[usize; D]> = corners.collect();
+    for corner in corners {
+        improve(from, to, corner.map(|i| i as f64), &mut best);
     }
     let mut step = 0.25;
     for _ in 0..ROUNDS {

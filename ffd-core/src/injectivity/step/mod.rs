@@ -25,6 +25,9 @@ mod guess;
 mod root;
 mod search;
 
+pub(super) use self::along::Along;
+pub(super) use self::search::error_of_way;
+
 use self::search::Search;
 use super::verdict::{Effort, Outcome, Place};
 use super::{Budget, CheckOptions, Checker};
@@ -153,7 +156,8 @@ impl<const D: usize> Lattice<D> {
 
 /// Up to where nothing folds; infinite if nothing does before the target of the search.
 fn step<const D: usize>(search: &mut Search<'_, D>, budget: &Budget) -> f64 {
-    let guess = guess::earliest(search.from, search.to, search.cells());
+    let among = search.cells_in_doubt();
+    let guess = guess::earliest(search.from, search.to, search.cells(), &among);
     let first = guess.map_or(1.0, |guess| (guess.t * (1.0 + BEYOND)).min(1.0));
     let mut safe = f64::INFINITY;
     let mut from = 0.0;

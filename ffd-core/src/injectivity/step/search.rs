@@ -7,13 +7,15 @@
 
 use std::collections::BinaryHeap;
 
+use super::super::batch::{self, CHUNK};
+use super::super::dominance::{Dominance, lower_bound};
 use super::super::partials::{Partials, UNIT};
 use super::super::piece::Shape;
 use super::super::product::Products;
 use super::super::search::DEEPEST;
 use super::super::{Effort, Place};
 use super::along::{Along, first_fall};
-use super::boxes::TimeBox;
+use super::boxes::{TimeBox, end_of};
 use super::guess::Guess;
 use crate::Lattice;
 
@@ -30,10 +32,14 @@ pub(super) struct Search<'a, const D: usize> {
     /// Control vectors at both ends.
     start: Partials<D>,
     end: Partials<D>,
+    /// How far from the axes columns are there.
+    distances: [Dominance<D>; 2],
     products: Products<D>,
     pub(super) shape: Shape,
     pub(super) width: f64,
     pub(super) effort: Effort,
+    /// Boxes of the effort that do not count for the budget: the cells.
+    free: usize,
     /// At this t, or before, some place has folded; infinite if none is known.
     pub(super) high: f64,
     pub(super) place: Option<Place<D>>,
@@ -59,12 +65,14 @@ impl<'a, const D: usize> Search<'a, D> {
         Self {
             from,
             to,
+            distances: [Dominance::new(&start), Dominance::new(&end)],
             start,
             end,
             products: Products::new(degree),
             shape: Shape::new(&Products::result_degree(degree)),
             width: 0.0,
             effort: Effort::default(),
+            free: 0,
             high: f64::INFINITY,
             place: None,
             doubtful: Vec::new(),
@@ -75,6 +83,13 @@ impl<'a, const D: usize> Search<'a, D> {
     /// Cells of the domain along each axis.
     pub(super) fn cells(&self) -> [usize; D] {
         self.start.cells
+    }
+
+    /// Cells that may fold on the whole way, as far as can be told at no cost.
+    pub(super) fn cells_in_doubt(&self) -> Vec<[usize; D]> {
+        let mut cells = self.moving_cells();
+        cells.retain(|&cell| !self.is_dominant(cell, [0.0, 1.0]));
+        cells.iter().map(|&cell| self.start.cell(cell)).collect()
     }
 
     /// How far it is worth proving that nothing folds.
@@ -91,6 +106,7 @@ impl<'a, const D: usize> Search<'a, D> {
     /// boxes in doubt; infinite if nothing does in all of it.
     pub(super) fn search(&mut self, t: [f64; 2], guess: Option<Guess<D>>, allowed: usize) -> f64 {
         let section = self.section(t);
+        let before = self.effort.boxes;
         let mut waiting = BinaryHeap::new();
         let first = guess.map(|guess| self.locate(guess.at));
         if let Some((cell, place)) = first {
@@ -98,19 +114,19 @@ impl<'a, const D: usize> Search<'a, D> {
             self.look_at(&whole, place);
             self.examine(whole, &mut waiting);
         }
-        for cell in self.moving_cells() {
-            if first.is_none_or(|(done, _)| done != cell) {
-                let whole = self.whole_cell(&section, cell);
-                self.examine(whole, &mut waiting);
-            }
+        let mut cells = self.moving_cells();
+        cells.retain(|&cell| first.is_none_or(|(done, _)| done != cell));
+        cells.retain(|&cell| !self.is_dominant(cell, t));
+        for cell in self.left_by_batches(&section, &cells) {
+            let whole = self.whole_cell(&section, cell);
+            self.examine(whole, &mut waiting);
         }
-        // One for each cell is for free.
-        let allowed = allowed.saturating_add(self.start.cell_count());
+        self.free += self.effort.boxes - before;
         while let Some(mut next) = waiting.pop() {
             if next.safe >= self.target() {
                 return next.safe;
             }
-            if self.effort.boxes >= allowed {
+            if self.effort.boxes - self.free >= allowed {
                 self.doubtful.push(next);
                 self.doubtful.extend(waiting);
                 for left in &mut self.doubtful {
@@ -131,6 +147,70 @@ impl<'a, const D: usize> Search<'a, D> {
             self.refine(next, &mut waiting);
         }
         f64::INFINITY
+    }
+
+    /// Distances of columns from the axes in a cell at both ends of the way, at most.
+    fn distances(&self, cell: usize) -> [[f64; D]; 2] {
+        let index = self.start.index(self.start.cell(cell));
+        [0, 1].map(|end| self.distances[end].of_cell(index))
+    }
+
+    /// Whether nothing folds in a cell on a part of the way, because columns are near the axes.
+    fn is_dominant(&self, cell: usize, [from, to]: [f64; 2]) -> bool {
+        let [start, end] = self.distances(cell);
+        let most: [f64; D] = std::array::from_fn(|a| {
+            // Convex along the way. Both terms are rounded twice, and so is the sum.
+            let between = |t: f64| (1.0 - t) * start[a] + t * end[a];
+            let (at_first, at_last) = (between(from), between(to));
+            // Not `f64::max`, which would lose what is not a number.
+            let most = if at_first > at_last {
+                at_first
+            } else {
+                at_last
+            };
+            most * (1.0 + 8.0 * UNIT)
+        });
+        lower_bound(most).is_some()
+    }
+
+    /// The cells, of those given, that may fold before the earliest fold known: as far as
+    /// single precision can tell.
+    fn left_by_batches(&mut self, section: &Section<D>, cells: &[usize]) -> Vec<usize> {
+        if !self.start.is_sound() {
+            return cells.to_vec();
+        }
+        self.effort.boxes += cells.len();
+        let nodes: Vec<&Partials<D>> = section.nodes.iter().collect();
+        let mut left = Vec::new();
+        for list in batch::by_kind(&self.start, cells) {
+            let kind = batch::Kind::new(self.products.level, &section.nodes[0], list[0]);
+            for chunk in list.chunks(CHUNK) {
+                let errors = self.errors(chunk, section);
+                let all = kind.bounds_along(&nodes, chunk, &errors);
+                for (&cell, bounds) in chunk.iter().zip(all) {
+                    let least = bounds.least.map(|c| c - bounds.error);
+                    if end_of::<D>(section.t, &least) < self.high {
+                        left.push(cell);
+                    }
+                }
+            }
+        }
+        left.sort_unstable();
+        left
+    }
+
+    /// By how much control vectors at places of a section may be wrong, of each column in the
+    /// given cells.
+    fn errors(&self, cells: &[usize], section: &Section<D>) -> Vec<[f64; D]> {
+        let error = |&cell: &usize| {
+            let [start, end] = self.distances(cell);
+            // No vector is longer than its axis and its distance from that.
+            std::array::from_fn(|a| {
+                let ends = [1.0 + start[a], 1.0 + end[a]];
+                self.start.error_between(ends, section.t[1])
+            })
+        };
+        cells.iter().map(error).collect()
     }
 
     fn section(&self, [from, to]: [f64; 2]) -> Section<D> {
@@ -188,11 +268,6 @@ impl<'a, const D: usize> Search<'a, D> {
 
     /// The determinant over a cell and a part of the way: interpolated from those at D + 1
     /// places.
-    ///
-    /// # Rounding
-    ///
-    /// The weights of the determinants in a coefficient add up to at most 34/6 in absolute
-    /// value; a sum of as many products is rounded less than 8 times.
     fn whole_cell(&mut self, section: &Section<D>, cell: usize) -> TimeBox<D> {
         let at = self.start.cell(cell);
         let ends = [self.start.norms(at), self.end.norms(at)];
@@ -217,7 +292,7 @@ impl<'a, const D: usize> Search<'a, D> {
             largest = largest.max(bounds.max.abs()).max(bounds.min.abs());
         }
         interpolate::<D>(&mut coefficients);
-        let error = 5.7 * error + 64.0 * UNIT * (largest + error);
+        let error = error_of_way(error, largest, UNIT);
         let sound = self.start.is_sound() && error < f64::INFINITY;
         TimeBox {
             safe: section.t[0],
@@ -289,9 +364,6 @@ impl<'a, const D: usize> Search<'a, D> {
 
     fn record_fall(&mut self, part: &TimeBox<D>, along: &Along, error: f64, place: [f64; 3]) {
         let raised = along.map(|c| c + error);
-        if raised[..=D].iter().all(|&c| c > 0.0) {
-            return;
-        }
         if let Some(s) = first_fall::<D>(&raised) {
             let size = part.size();
             let t = std::array::from_fn(|a| part.low[a] + place[a] * size[a]);
@@ -378,6 +450,15 @@ impl<'a, const D: usize> Search<'a, D> {
     }
 }
 
+/// The error of coefficients along the way, from that of the values at D + 1 places, the
+/// largest of these, and the unit roundoff.
+///
+/// The weights of the values in a coefficient add up to at most 34/6 in absolute value; a sum
+/// of as many products is rounded less than 8 times.
+pub(in super::super) fn error_of_way(error: f64, largest: f64, unit: f64) -> f64 {
+    5.7 * error + 64.0 * unit * (largest + error)
+}
+
 /// From the values at D + 1 evenly spaced places to Bernstein coefficients.
 fn interpolate<const D: usize>(values: &mut [f64]) {
     let count = values.len() / (D + 1);
@@ -394,5 +475,58 @@ fn interpolate<const D: usize>(values: &mut [f64]) {
         let (p, q) = (*b, *c);
         *b = (18.0 * p - 9.0 * q + (2.0 * *d - 5.0 * a)) / 6.0;
         *c = (18.0 * q - 9.0 * p + (2.0 * a - 5.0 * *d)) / 6.0;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::injectivity::samples::{grid, noisy};
+
+    /// What single precision and what columns say of whole cells is what double precision
+    /// says, within the bounds of their errors.
+    fn check_cells<const D: usize>(
+        degree: usize,
+        size: f64,
+        seed: u64,
+        t: [f64; 2],
+    ) -> Result<(), TestCaseError> {
+        let grid = grid([degree; D], [2; D]);
+        let (from, to) = (noisy(grid.clone(), 0.1, seed), noisy(grid, size, seed + 1));
+        let mut search = Search::new(&from, &to, Partials::without_vectors(&from));
+        let section = search.section(t);
+        let cells: Vec<usize> = (0..search.start.cell_count()).collect();
+        let nodes: Vec<_> = section.nodes.iter().collect();
+        let kind = batch::Kind::new(search.products.level, &section.nodes[0], 0);
+        let bounds = kind.bounds_along(&nodes, &cells, &search.errors(&cells, &section));
+        for (cell, bounds) in cells.into_iter().zip(bounds) {
+            let whole = search.whole_cell(&section, cell);
+            let dominant = search.is_dominant(cell, t);
+            for k in 0..=D {
+                let least = search.shape.bounds(whole.slab(k)).min;
+                let tolerance = bounds.error + whole.error;
+                prop_assert!((bounds.least[k] - least).abs() <= tolerance);
+                prop_assert!(!dominant || least > -whole.error);
+            }
+        }
+        Ok(())
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(32))]
+
+        #[test]
+        fn cheap_bounds_agree_with_double_precision(
+            degree in 1_usize..=5,
+            size in prop_oneof![Just(0.05), Just(0.5), Just(3.0)],
+            seed in 1_u64..1000,
+            from in 0.0..0.5,
+            length in 0.01..0.5,
+        ) {
+            check_cells::<2>(degree, size, seed, [from, from + length])?;
+            check_cells::<3>(degree.min(3), size, seed, [from, from + length])?;
+        }
     }
 }

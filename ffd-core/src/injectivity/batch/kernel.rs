@@ -1,53 +1,17 @@
-//! The Bernstein form of the determinant for many cells at once, in single precision.
-//!
-//! The lanes of vectors are cells of the same kind. The operations are those of
-//! [`product`](super::product); of the coefficients only the least and the largest are
-//! kept. Single precision is twice as fast, and its rounding errors, about a thousandth,
-//! leave few cells in doubt: those are for double precision.
+//! The operations of [`batch`](super), on vectors whose lanes are cells.
 //!
 //! The last axis is done slice by slice: one slice of the cross product, and its part in
 //! the slices of the result, so that everything stays in the first cache.
 
 use fearless_simd::{Level, Simd, SimdBase, SimdFloat, dispatch};
 
-use super::partials::Partials;
-use super::product::{Rounding, binomial};
-use crate::bspline::{MAX_ORDER, Real, ToBezier};
-
-/// Cells in a group: the lanes of the widest vector.
-const GROUP: usize = 16;
-
-/// Cells that are done together, so that what is gathered for them is still in the cache.
-pub(super) const CHUNK: usize = 4 * GROUP;
-
-/// A relative error that an `f32` made from an `f64` can have, and a sum of `f32`.
-const UNIT: f64 = f32::EPSILON as f64 / 2.0;
-
-/// Bounds of the determinant in a cell.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct CellBounds {
-    pub(super) min: f64,
-    pub(super) max: f64,
-    /// The least value at a corner.
-    pub(super) low_corner: f64,
-    /// By how much all three may be wrong; infinite if they mean nothing.
-    pub(super) error: f64,
-}
-
-/// What cells of one kind have in common.
-#[derive(Debug)]
-pub(super) struct Kind<'a, const D: usize> {
-    level: Level,
-    partials: &'a Partials<D>,
-    rounding: Rounding,
-    tables: Tables<D>,
-    /// Numbers in a group.
-    size: usize,
-}
+use super::GROUP;
+use crate::bspline::{BezierTables, MAX_ORDER, Real, ToBezier};
+use crate::injectivity::product::binomial;
 
 /// The constants of the products.
 #[derive(Debug)]
-struct Tables<const D: usize> {
+pub(super) struct Tables<const D: usize> {
     degree: [usize; D],
     /// `columns[axis]`: column m holds the weights of control value m in the scaled Bézier
     /// values; for splines and for derivatives.
@@ -58,58 +22,31 @@ struct Tables<const D: usize> {
 
 type Columns = [[f32; MAX_ORDER]; MAX_ORDER];
 
-/// Least and largest coefficient, least corner, and the largest 1-norm of each column, in the
-/// lanes of a group.
-type Raw = [[f32; GROUP]; 6];
+/// Results in the lanes of a group: first the largest 1-norm of each column, then least and
+/// largest coefficient and least corner, or the largest value and the least of each
+/// coefficient along the way.
+pub(super) type Raw = [[f32; GROUP]; 8];
 
-impl<'a, const D: usize> Kind<'a, D> {
-    /// For cells of the kind of the given one.
-    pub(super) fn new(level: Level, partials: &'a Partials<D>, cell: usize) -> Self {
-        let degree = partials.degree;
-        let tables = partials.tables(partials.cell(cell));
-        let window = |a| partials.window(a).iter().product::<usize>();
+impl<const D: usize> Tables<D> {
+    pub(super) fn new(degree: [usize; D], tables: [&BezierTables; D]) -> Self {
         Self {
-            level,
-            partials,
-            // Control vectors are rounded, and so are weights.
-            rounding: Rounding::new(&degree, UNIT, 2.5, 1e36),
-            tables: Tables {
-                degree,
-                columns: std::array::from_fn(|axis| {
-                    let n = degree[axis];
-                    let slope = columns(&tables[axis].slope, n - 1);
-                    [columns(&tables[axis].full, n), slope]
-                }),
-                unscale: degree.map(|n| unscale(D * n - 1)),
-            },
-            size: (0..D).map(|a| window(a) * D * GROUP).sum(),
+            degree,
+            columns: std::array::from_fn(|axis| {
+                let n = degree[axis];
+                let slope = columns(&tables[axis].slope, n - 1);
+                [columns(&tables[axis].full, n), slope]
+            }),
+            unscale: degree.map(|n| unscale(D * n - 1)),
         }
     }
 
-    /// Bounds of the determinant in up to [`CHUNK`] cells.
-    pub(super) fn bounds(&self, cells: &[usize]) -> [CellBounds; CHUNK] {
-        let mut control = Vec::with_capacity(cells.len().div_ceil(GROUP) * self.size);
-        gather(self.partials, cells, &mut control);
-        let mut raw = [[[0.0; GROUP]; 6]; CHUNK / GROUP];
-        let (tables, size) = (&self.tables, self.size);
-        if D == 3 && tables.degree == [3; D] {
-            dispatch!(self.level, s => run::<_, Cubic, D>(s, tables, &control, size, &mut raw));
+    /// For a group of cells, with control vectors of one place or of D + 1.
+    pub(super) fn run(&self, level: Level, control: &[f32], size: usize, out: &mut Raw) {
+        if D == 3 && self.degree == [3; D] {
+            dispatch!(level, s => run::<_, Cubic, D>(s, self, control, size, out));
         } else {
-            dispatch!(self.level, s => run::<_, Mixed, D>(s, tables, &control, size, &mut raw));
+            dispatch!(level, s => run::<_, Mixed, D>(s, self, control, size, out));
         }
-        std::array::from_fn(|i| {
-            let (raw, lane) = (&raw[i / GROUP], i % GROUP);
-            // Sums of two or three numbers in single precision.
-            let norm = |a: usize| f64::from(raw[3 + a][lane]) * (1.0 + 4.0 * UNIT);
-            CellBounds {
-                min: f64::from(raw[0][lane]),
-                max: f64::from(raw[1][lane]),
-                low_corner: f64::from(raw[2][lane]),
-                error: self
-                    .rounding
-                    .bound(self.partials, std::array::from_fn(norm)),
-            }
-        })
     }
 }
 
@@ -133,62 +70,8 @@ fn unscale(degree: usize) -> [f32; 3 * MAX_ORDER] {
 
 #[expect(clippy::cast_possible_truncation, reason = "rounding is accounted for")]
 #[inline(always)]
-fn single(value: f64) -> f32 {
+pub(super) fn single(value: f64) -> f32 {
     value as f32
-}
-
-/// What is not a number becomes infinite, which no maximum loses.
-#[inline(always)]
-fn single_or_infinite(value: f64) -> f32 {
-    if value.abs() < 1e30 {
-        single(value)
-    } else {
-        f32::INFINITY
-    }
-}
-
-/// Copies the control vectors of cells into groups.
-fn gather<const D: usize>(partials: &Partials<D>, cells: &[usize], control: &mut Vec<f32>) {
-    control.clear();
-    for group in cells.chunks(GROUP) {
-        let mut starts = [0; GROUP];
-        for (lane, start) in starts.iter_mut().enumerate() {
-            // The last group is filled up with its last cell.
-            let cell = group[lane.min(group.len() - 1)];
-            *start = partials.index(partials.cell(cell));
-        }
-        let in_a_row = starts.windows(2).all(|pair| pair[1] == pair[0] + 1);
-        for a in 0..D {
-            let window = partials.window(a);
-            let planes = if D == 3 { window[D - 1] } else { 1 };
-            for c in 0..D {
-                let values = &partials.vectors[a][c];
-                for row in 0..planes * window[1] {
-                    let (j, k) = (row % window[1], row / window[1]);
-                    let plane = if D == 3 {
-                        k * partials.stride[D - 1]
-                    } else {
-                        0
-                    };
-                    let offset = j * partials.stride[1] + plane;
-                    for i in offset..offset + window[0] {
-                        let mut lanes = [0.0; GROUP];
-                        if in_a_row {
-                            let from = &values[starts[0] + i..][..GROUP];
-                            for (lane, &value) in lanes.iter_mut().zip(from) {
-                                *lane = single_or_infinite(value);
-                            }
-                        } else {
-                            for (lane, start) in lanes.iter_mut().zip(starts) {
-                                *lane = single_or_infinite(values[start + i]);
-                            }
-                        }
-                        control.extend_from_slice(&lanes);
-                    }
-                }
-            }
-        }
-    }
 }
 
 /// Degrees, known when compiled or not.
@@ -220,7 +103,7 @@ fn run<S: Simd, G: Degrees, const D: usize>(
     tables: &Tables<D>,
     control: &[f32],
     size: usize,
-    out: &mut [Raw],
+    out: &mut Raw,
 ) {
     let zero = S::f32s::splat(simd, 0.0);
     let degree = G::get(tables.degree);
@@ -238,17 +121,105 @@ fn run<S: Simd, G: Degrees, const D: usize>(
             }
         ],
         slices: vec![zero; 3 * degree[0] * 3 * degree[1] * degree[D - 1]],
+        way: Vec::new(),
     };
-    for (group, out) in control.chunks_exact(size).zip(out) {
-        let mut lane = 0;
-        while lane < GROUP {
-            let result = one::<S, S::f32s, G, D>(simd, tables, group, lane, &mut work);
-            for (row, result) in out.iter_mut().zip(result) {
-                result.store_slice(&mut row[lane..lane + S::f32s::LEN]);
-            }
-            lane += S::f32s::LEN;
+    let is_way = control.len() > size;
+    let mut lane = 0;
+    while lane < GROUP {
+        let result = if is_way {
+            along::<S, S::f32s, G, D>(simd, tables, control, size, lane, &mut work)
+        } else {
+            at_once::<S, S::f32s, G, D>(simd, tables, control, lane, &mut work)
+        };
+        for (row, result) in out.iter_mut().zip(result) {
+            result.store_slice(&mut row[lane..lane + S::f32s::LEN]);
+        }
+        lane += S::f32s::LEN;
+    }
+}
+
+/// The cells in the lanes of one vector, at one place.
+#[inline(always)]
+fn at_once<S, V, G, const D: usize>(
+    simd: S,
+    tables: &Tables<D>,
+    control: &[f32],
+    lane: usize,
+    work: &mut Work<V>,
+) -> [V; 8]
+where
+    S: Simd,
+    V: SimdFloat<S, Element = f32> + Real<f32>,
+    G: Degrees,
+{
+    let mut result = [V::splat(simd, 0.0); 8];
+    let [mut min, mut max] = [f32::INFINITY, f32::NEG_INFINITY].map(|x| V::splat(simd, x));
+    let mut low_corner = min;
+    let norms = one::<S, V, G, D>(simd, tables, control, lane, work, |_, corner, value| {
+        min = min.min(value);
+        max = max.max(value);
+        if corner {
+            low_corner = low_corner.min(value);
+        }
+    });
+    result[..3].copy_from_slice(&norms);
+    result[3..6].copy_from_slice(&[min, max, low_corner]);
+    result
+}
+
+/// The cells in the lanes of one vector, along the way: the coefficients at all places are
+/// kept, and those along the way computed from them as in [`super::step`].
+#[inline(always)]
+fn along<S, V, G, const D: usize>(
+    simd: S,
+    tables: &Tables<D>,
+    control: &[f32],
+    size: usize,
+    lane: usize,
+    work: &mut Work<V>,
+) -> [V; 8]
+where
+    S: Simd,
+    V: SimdFloat<S, Element = f32> + Real<f32>,
+    G: Degrees,
+{
+    let zero = V::splat(simd, 0.0);
+    let degree = G::get(tables.degree);
+    let count: usize = degree.iter().map(|n| D * n).product();
+    let mut result = [zero; 8];
+    let mut way = std::mem::take(&mut work.way);
+    way.resize((D + 1) * count, zero);
+    for (node, values) in control.chunks_exact(size).zip(way.chunks_exact_mut(count)) {
+        let mut largest = result[3];
+        let norms = one::<S, V, G, D>(simd, tables, node, lane, work, |index, _, value| {
+            values[index] = value;
+            largest = largest.max(value.abs());
+        });
+        for a in 0..D {
+            result[a] = result[a].max(norms[a]);
+        }
+        result[3] = largest;
+    }
+    let mut least = [V::splat(simd, f32::INFINITY); 4];
+    let slab = |k: usize| &way[k * count..(k + 1) * count];
+    if D == 2 {
+        for ((&a, &b), &c) in slab(0).iter().zip(slab(1)).zip(slab(2)) {
+            least[0] = least[0].min(a);
+            least[1] = least[1].min(b * 2.0 - (a + c) * 0.5);
+            least[2] = least[2].min(c);
+        }
+    } else {
+        let ends = slab(0).iter().zip(slab(D));
+        for ((&a, &d), (&p, &q)) in ends.zip(slab(1).iter().zip(slab(2))) {
+            least[0] = least[0].min(a);
+            least[1] = least[1].min((p * 18.0 - q * 9.0 + (d * 2.0 - a * 5.0)) * (1.0 / 6.0));
+            least[2] = least[2].min((q * 18.0 - p * 9.0 + (a * 2.0 - d * 5.0)) * (1.0 / 6.0));
+            least[3] = least[3].min(d);
         }
     }
+    result[4..].copy_from_slice(&least);
+    work.way = way;
+    result
 }
 
 #[inline(always)]
@@ -267,9 +238,12 @@ struct Work<V> {
     columns: Vec<V>,
     cross: Vec<V>,
     slices: Vec<V>,
+    /// The coefficients at all places on the way.
+    way: Vec<V>,
 }
 
-/// Bounds for the cells in the lanes of one vector.
+/// The coefficients of the cells in the lanes of one vector at one place: each with its index
+/// and whether it is that of a corner. Returns the largest 1-norm of each column.
 #[inline(always)]
 fn one<S, V, G, const D: usize>(
     simd: S,
@@ -277,7 +251,8 @@ fn one<S, V, G, const D: usize>(
     group: &[f32],
     lane: usize,
     work: &mut Work<V>,
-) -> [V; 6]
+    each: impl FnMut(usize, bool, V),
+) -> [V; 3]
 where
     S: Simd,
     V: SimdFloat<S, Element = f32> + Real<f32>,
@@ -285,10 +260,7 @@ where
 {
     let degree = G::get(tables.degree);
     let zero = V::splat(simd, 0.0);
-    let mut result = [zero; 6];
-    result[0] = V::splat(simd, f32::INFINITY);
-    result[1] = V::splat(simd, f32::NEG_INFINITY);
-    result[2] = result[0];
+    let mut norms = [zero; 3];
     let mut start = 0;
     for a in 0..D {
         let window = window(degree, a);
@@ -303,7 +275,7 @@ where
             for c in 1..D {
                 norm += column[c * count + i].abs();
             }
-            result[3 + a] = result[3 + a].max(norm);
+            norms[a] = norms[a].max(norm);
         }
         for c in 0..D {
             for axis in 0..D {
@@ -320,11 +292,11 @@ where
         start += count * D;
     }
     if D == 2 {
-        plane::<S, V, D>(degree, tables, work, zero, &mut result);
+        plane::<S, V, D>(degree, tables, work, zero, each);
     } else {
-        space::<S, V, D>(degree, tables, work, zero, &mut result);
+        space::<S, V, D>(degree, tables, work, zero, each);
     }
-    result
+    norms
 }
 
 /// Replaces the control values along an axis by scaled Bézier values.
@@ -392,7 +364,7 @@ fn plane<S: Simd, V: SimdFloat<S, Element = f32> + Real<f32>, const D: usize>(
     tables: &Tables<D>,
     work: &mut Work<V>,
     zero: V,
-    result: &mut [V; 6],
+    mut each: impl FnMut(usize, bool, V),
 ) {
     let (n0, n1) = (degree[0], degree[1]);
     let count = [n0 * (n1 + 1), (n0 + 1) * n1];
@@ -411,11 +383,8 @@ fn plane<S: Simd, V: SimdFloat<S, Element = f32> + Real<f32>, const D: usize>(
         }
         for i in 0..2 * n0 {
             let value = sum[i] * (tables.unscale[1][j] * tables.unscale[0][i]);
-            result[0] = result[0].min(value);
-            result[1] = result[1].max(value);
-            if is_end(i, 2 * n0) && is_end(j, 2 * n1) {
-                result[2] = result[2].min(value);
-            }
+            let corner = is_end(i, 2 * n0) && is_end(j, 2 * n1);
+            each(j * 2 * n0 + i, corner, value);
         }
     }
 }
@@ -427,7 +396,7 @@ fn space<S: Simd, V: SimdFloat<S, Element = f32> + Real<f32>, const D: usize>(
     tables: &Tables<D>,
     work: &mut Work<V>,
     zero: V,
-    result: &mut [V; 6],
+    mut each: impl FnMut(usize, bool, V),
 ) {
     let (n0, n1, n2) = (degree[0], degree[1], degree[D - 1]);
     let count = [
@@ -439,6 +408,7 @@ fn space<S: Simd, V: SimdFloat<S, Element = f32> + Real<f32>, const D: usize>(
         columns,
         cross,
         slices,
+        ..
     } = work;
     let (x, rest) = columns.split_at(3 * count[0]);
     let (y, z) = rest.split_at(3 * count[1]);
@@ -498,11 +468,8 @@ fn space<S: Simd, V: SimdFloat<S, Element = f32> + Real<f32>, const D: usize>(
             let scale = tables.unscale[D - 1][k] * tables.unscale[1][j];
             for i in 0..3 * n0 {
                 let value = done[j * 3 * n0 + i] * (scale * tables.unscale[0][i]);
-                result[0] = result[0].min(value);
-                result[1] = result[1].max(value);
-                if is_end(i, 3 * n0) && is_end(j, 3 * n1) && is_end(k, 3 * n2) {
-                    result[2] = result[2].min(value);
-                }
+                let corner = is_end(i, 3 * n0) && is_end(j, 3 * n1) && is_end(k, 3 * n2);
+                each((k * 3 * n1 + j) * 3 * n0 + i, corner, value);
                 done[j * 3 * n0 + i] = zero;
             }
         }
