@@ -286,7 +286,7 @@ fn largest_safe_steps(c: &mut Criterion) {
     let mut group = c.benchmark_group("injectivity_step");
     group.sample_size(20);
     for cells in [4_usize, 10] {
-        let to = noise(cells, 1.0, 1);
+        let to = noise(cells, 2.0, 1);
         let rest = Lattice::at_rest(to.grid().clone()).expect("memory");
         let step = || rest.largest_safe_step(black_box(&to), &options);
         let [low, high] = step().expect("the same grid").t;
