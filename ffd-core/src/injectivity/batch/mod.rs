@@ -90,7 +90,7 @@ impl<'a, const D: usize> Kind<'a, D> {
     /// places divide evenly. Entries of those vectors err by the given amounts, one for each
     /// cell and column.
     ///
-    /// Rounding is that of [`whole_cell`](super::step) in single precision.
+    /// Rounding is that of [`error_of_way`](step::error_of_way) in single precision.
     pub(super) fn bounds_along(
         &self,
         nodes: &[&Partials<D>],

@@ -159,7 +159,7 @@ impl<'a, const D: usize> Search<'a, D> {
     fn is_dominant(&self, cell: usize, [from, to]: [f64; 2]) -> bool {
         let [start, end] = self.distances(cell);
         let most: [f64; D] = std::array::from_fn(|a| {
-            // Convex along the way. Both terms are rounded twice, and so is the sum.
+            // Convex along the way. Terms are rounded twice, and their sum once.
             let between = |t: f64| (1.0 - t) * start[a] + t * end[a];
             let (at_first, at_last) = (between(from), between(to));
             // Not `f64::max`, which would lose what is not a number.
