@@ -68,7 +68,18 @@ impl Parser {
     ///
     /// Constant memory, and time in proportion to the number of bytes.
     pub fn push(&mut self, bytes: &[u8], mut sink: impl FnMut(Record)) {
-        for &byte in bytes {
+        let mut rest = bytes;
+        while let Some((&byte, after)) = rest.split_first() {
+            if self.run_len == 0
+                && let Some((record, after)) = self.whole_record(rest)
+            {
+                self.in_step = true;
+                self.counters.records += 1;
+                sink(record);
+                rest = after;
+                continue;
+            }
+            rest = after;
             if byte == 0 {
                 if let Some(record) = self.end_run() {
                     sink(record);
@@ -77,6 +88,21 @@ impl Parser {
                 self.keep(byte);
             }
         }
+    }
+
+    /// The record at the front of `bytes`, if they hold all of it and it has no
+    /// error marks, and what follows it.
+    ///
+    /// Only a short cut, for the beginning of a run: a run without zeros of
+    /// exactly this length is what [`end_run`](Self::end_run) would accept.
+    fn whole_record<'a>(&self, bytes: &'a [u8]) -> Option<(Record, &'a [u8])> {
+        let (run, after) = bytes.split_at_checked(self.format.base_len())?;
+        let (&0, after) = after.split_first()? else {
+            return None;
+        };
+        let has_zero = run.iter().fold(false, |found, &byte| found | (byte == 0));
+        let record = (!has_zero).then(|| Record::decode(self.format, run))??;
+        Some((record, after))
     }
 
     /// Statistics since the parser was made.
