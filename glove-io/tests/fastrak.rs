@@ -47,6 +47,27 @@ fn format() -> impl Strategy<Value = RecordFormat> {
         })
 }
 
+/// Formats whose records end in a number.
+fn format_without_end_mark() -> impl Strategy<Value = RecordFormat> {
+    (
+        prop::sample::select(vec![
+            vec![Item::Position],
+            vec![Item::Quaternion, Item::Position],
+        ]),
+        prop_oneof![Just(Encoding::Ascii), Just(Encoding::Binary)],
+    )
+        .prop_map(|(items, encoding)| RecordFormat {
+            items: OutputList::try_new(&items).expect("a short list"),
+            encoding,
+            units: Units::Inches,
+        })
+}
+
+/// Bytes, among them many that matter.
+fn byte() -> impl Strategy<Value = u8> {
+    prop_oneof![any::<u8>(), prop::sample::select(b" 0123x\r\n".to_vec())]
+}
+
 fn encode(format: &RecordFormat, records: &[Record]) -> Vec<u8> {
     let mut bytes = Vec::new();
     for record in records {
@@ -149,6 +170,51 @@ proptest! {
         prop_assert_eq!(pieces, whole);
         prop_assert_eq!(parser.counters(), reference.counters());
         prop_assert_eq!(parser.pending(), reference.pending());
+    }
+
+    /// Bytes that come one at a time, which no short cut serves, and the same
+    /// bytes in larger pieces give the same records and counters, however damaged.
+    #[test]
+    fn short_cuts_do_not_show(
+        format in prop_oneof![4 => format(), 1 => format_without_end_mark()],
+        records in prop::collection::vec(record(), 1..16),
+        damage in prop::collection::vec((0..4, any::<prop::sample::Index>(), byte()), 0..6),
+        pieces in prop::collection::vec(1..200_usize, 1..8),
+    ) {
+        let mut bytes = encode(&format, &records);
+        for (kind, place, byte) in damage {
+            let place = place.index(bytes.len());
+            match kind {
+                0 if bytes.len() > 1 => { bytes.remove(place); }
+                1 => bytes.insert(place, byte),
+                // Some records, or parts of them, once more.
+                2 => bytes.extend_from_within(place..),
+                _ => bytes[place] = byte,
+            }
+            // Six doublings of sixteen records would only cost time.
+            bytes.truncate(4000);
+        }
+        let mut parser = Parser::new(format);
+        let mut single = Vec::new();
+        for byte in &bytes {
+            parser.push(core::slice::from_ref(byte), |record| single.push(record));
+        }
+        let expected = (single, parser.counters(), parser.pending());
+
+        let (records, whole) = parse(format, &bytes);
+        prop_assert_eq!(&(records, whole.counters(), whole.pending()), &expected);
+
+        let mut parser = Parser::new(format);
+        let (mut records, mut rest) = (Vec::new(), &bytes[..]);
+        for len in pieces.into_iter().cycle() {
+            let (piece, later) = rest.split_at(len.min(rest.len()));
+            parser.push(piece, |record| records.push(record));
+            rest = later;
+            if rest.is_empty() {
+                break;
+            }
+        }
+        prop_assert_eq!(&(records, parser.counters(), parser.pending()), &expected);
     }
 
     /// One deleted, inserted or changed byte costs or alters one record at most.

@@ -44,28 +44,39 @@ pub(super) fn write(field: &mut [u8; WIDTH], value: f64, decimals: usize) -> Opt
 }
 
 /// Reads a number that has its point in the right place.
+#[inline]
 pub(super) fn read(field: [u8; WIDTH], decimals: usize) -> Option<f64> {
-    let (whole, fraction) = field.split_at(WIDTH - 1 - decimals);
-    let fraction = fraction.strip_prefix(b".")?;
-    let whole = whole.trim_ascii_start();
-    let (negative, whole) = match whole {
-        [b'-', rest @ ..] => (true, rest.trim_ascii_start()),
-        [b'+', rest @ ..] => (false, rest.trim_ascii_start()),
-        _ => (false, whole),
+    let point = WIDTH - 1 - decimals;
+    if field[point] != b'.' {
+        return None;
+    }
+    let skip_blanks = |mut place: usize| {
+        while place < point && field[place].is_ascii_whitespace() {
+            place += 1;
+        }
+        place
     };
-    if whole.is_empty() {
+    let mut place = skip_blanks(0);
+    let negative = field[place] == b'-';
+    if negative || field[place] == b'+' {
+        place = skip_blanks(place + 1);
+    }
+    if place == point {
         return None;
     }
     let mut scaled = 0_u32;
-    for &digit in whole.iter().chain(fraction) {
-        if !digit.is_ascii_digit() {
-            return None;
+    let mut all_digits = true;
+    for (at, &character) in field.iter().enumerate().skip(place) {
+        if at != point {
+            let digit = character.wrapping_sub(b'0');
+            all_digits &= digit < 10;
+            // Six characters of at most 255: no overflow.
+            scaled = 10 * scaled + u32::from(digit);
         }
-        scaled = 10 * scaled + u32::from(digit - b'0');
     }
     // Both operands are exact, so the quotient is the nearest double.
     let value = f64::from(scaled) / power_of_ten(decimals);
-    Some(if negative { -value } else { value })
+    all_digits.then_some(if negative { -value } else { value })
 }
 
 #[cfg(test)]
@@ -82,6 +93,43 @@ mod tests {
             prop_assert!(write(&mut field, value, decimals).is_some());
             prop_assert_eq!(read(field, decimals), Some(value));
         }
+
+        /// Any seven characters: either refused, or what the standard library reads.
+        #[test]
+        fn reading_agrees_with_the_standard_library(
+            mut field in prop::array::uniform7(prop_oneof![
+                4 => prop::sample::select(b"0123456789".to_vec()),
+                2 => Just(b' '),
+                1 => prop::sample::select(b"+-.\tx:/".to_vec()),
+                1 => any::<u8>(),
+            ]),
+            padding in 0..WIDTH,
+            point in prop::bool::weighted(0.9),
+            decimals in prop_oneof![Just(2_usize), Just(4)],
+        ) {
+            field[..padding].fill(b' ');
+            if point {
+                field[WIDTH - 1 - decimals] = b'.';
+            }
+            prop_assert_eq!(read(field, decimals).map(f64::to_bits), oracle(field, decimals));
+        }
+    }
+
+    /// The bits of the number in a field, by way of `str::parse`.
+    fn oracle(field: [u8; WIDTH], decimals: usize) -> Option<u64> {
+        let text = core::str::from_utf8(&field).ok()?.trim_ascii_start();
+        let (sign, magnitude) = match text.strip_prefix(['-', '+']) {
+            Some(rest) => (&text[..1], rest.trim_ascii_start()),
+            None => ("", text),
+        };
+        let (whole, fraction) = magnitude.split_once('.')?;
+        let digits = |part: &str| part.bytes().all(|byte| byte.is_ascii_digit());
+        let plain = !whole.is_empty() && fraction.len() == decimals;
+        if !plain || !digits(whole) || !digits(fraction) {
+            return None;
+        }
+        let number: f64 = std::format!("{sign}{magnitude}").parse().ok()?;
+        Some(number.to_bits())
     }
 
     #[test]

@@ -40,6 +40,11 @@ const CAPACITY: usize = MAX_RECORD + HEADER_LEN;
 #[derive(Debug, Clone)]
 pub struct Parser {
     format: RecordFormat,
+    /// Bytes of a record in `format`.
+    record_len: usize,
+    /// Whether records in `format` end in something that can be checked.
+    has_end_mark: bool,
+    /// Its first `len` bytes are an unfinished record, header first.
     buffer: [u8; CAPACITY],
     len: usize,
     /// Whether the buffer begins where a record ended or the stream began.
@@ -59,6 +64,8 @@ impl Parser {
     #[must_use]
     pub fn new(format: RecordFormat) -> Self {
         Self {
+            record_len: format.record_len(),
+            has_end_mark: format.has_end_mark(),
             format,
             buffer: [0; CAPACITY],
             len: 0,
@@ -72,10 +79,23 @@ impl Parser {
     ///
     /// Constant memory. Time in proportion to the number of bytes, times the
     /// length of a record where the stream is damaged.
-    pub fn push(&mut self, bytes: &[u8], mut sink: impl FnMut(Record)) {
-        for &byte in bytes {
-            self.buffer[self.len] = byte;
-            self.len += 1;
+    pub fn push(&mut self, mut bytes: &[u8], mut sink: impl FnMut(Record)) {
+        loop {
+            bytes = self.take_whole(bytes, &mut sink);
+            // Behind a whole header nothing is judged before the record is
+            // complete, so that many bytes may be taken at once.
+            let count = if self.len < HEADER_LEN {
+                1
+            } else {
+                self.record_len.saturating_sub(self.len).max(1)
+            };
+            let (taken, rest) = bytes.split_at(count.min(bytes.len()));
+            if taken.is_empty() {
+                return;
+            }
+            self.buffer[self.len..][..taken.len()].copy_from_slice(taken);
+            self.len += taken.len();
+            bytes = rest;
             self.advance(&mut sink);
         }
     }
@@ -92,6 +112,26 @@ impl Parser {
         self.len
     }
 
+    /// Takes whole records straight from the stream, as long as they are those
+    /// that [`examine`](Self::examine) would call complete, and returns the rest.
+    fn take_whole<'a>(&mut self, mut bytes: &'a [u8], sink: &mut impl FnMut(Record)) -> &'a [u8] {
+        if self.len > 0 || !self.in_step || !self.has_end_mark {
+            return bytes;
+        }
+        while let Some((front, rest)) = bytes.split_at_checked(self.record_len) {
+            if !may_begin_record(front) {
+                break;
+            }
+            let Some(record) = Record::decode(&self.format, front) else {
+                break;
+            };
+            bytes = rest;
+            self.counters.records += 1;
+            sink(record);
+        }
+        bytes
+    }
+
     /// Takes complete records and damaged bytes off the front of the buffer.
     fn advance(&mut self, sink: &mut impl FnMut(Record)) {
         let mut start = 0;
@@ -99,7 +139,7 @@ impl Parser {
             match self.examine(&self.buffer[start..self.len]) {
                 Front::Incomplete => break,
                 Front::Complete(record) => {
-                    start += self.format.record_len();
+                    start += self.record_len;
                     self.in_step = true;
                     self.counters.records += 1;
                     sink(record);
@@ -126,13 +166,13 @@ impl Parser {
         if !may_begin_record(bytes) {
             return Front::Damaged;
         }
-        let Some((bytes, next)) = bytes.split_at_checked(self.format.record_len()) else {
+        let Some((bytes, next)) = bytes.split_at_checked(self.record_len) else {
             return Front::Incomplete;
         };
         let Some(record) = Record::decode(&self.format, bytes) else {
             return Front::Damaged;
         };
-        if self.in_step && self.format.has_end_mark() {
+        if self.in_step && self.has_end_mark {
             return Front::Complete(record);
         }
         if !may_begin_record(next) {
