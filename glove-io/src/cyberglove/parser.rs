@@ -68,7 +68,18 @@ impl Parser {
     ///
     /// Constant memory, and time in proportion to the number of bytes.
     pub fn push(&mut self, bytes: &[u8], mut sink: impl FnMut(Record)) {
-        for &byte in bytes {
+        let mut bytes = bytes;
+        loop {
+            while let Some((record, rest)) = self.whole_record(bytes) {
+                self.in_step = true;
+                self.counters.records += 1;
+                sink(record);
+                bytes = rest;
+            }
+            let Some((&byte, rest)) = bytes.split_first() else {
+                return;
+            };
+            bytes = rest;
             if byte == 0 {
                 if let Some(record) = self.end_run() {
                     sink(record);
@@ -77,6 +88,28 @@ impl Parser {
                 self.keep(byte);
             }
         }
+    }
+
+    /// The record that `bytes` begin with and what follows it, if no byte is
+    /// held back and the record carries no error marks.
+    ///
+    /// A short cut for the usual case: the bytes are a run of exactly the length
+    /// of a record, which [`end_run`](Self::end_run) would accept as well. A zero
+    /// in the time stamp or the status would end the run early, so these are
+    /// looked at too; `decode` does the same for the sensors.
+    fn whole_record<'a>(&self, bytes: &'a [u8]) -> Option<(Record, &'a [u8])> {
+        if self.run_len != 0 {
+            return None;
+        }
+        let (run, rest) = bytes.split_at_checked(self.format.base_len())?;
+        let (&0, rest) = rest.split_first()? else {
+            return None;
+        };
+        let after_sensors = &run[1 + self.format.sensors.get()..];
+        if after_sensors.contains(&0) {
+            return None;
+        }
+        Some((Record::decode(self.format, run)?, rest))
     }
 
     /// Statistics since the parser was made.
