@@ -1,6 +1,6 @@
 //! The laws the fuzz targets check, on bytes that proptest generates.
 
-use glove_io::cyberglove::{MAX_RECORD, Packet, Record, TimeCode};
+use glove_io::cyberglove::{MAX_RECORD, Packet, Record, Status, TimeCode};
 use proptest::prelude::*;
 
 #[path = "../fuzz/checks/cyberglove.rs"]
@@ -14,10 +14,12 @@ fn stream() -> impl Strategy<Value = Vec<u8>> {
         prop_oneof![Just(18_usize), Just(22)],
         prop::collection::vec(1..=u8::MAX, 22),
         prop::option::of(any::<u32>()),
+        prop::option::of(Just(Status::default())),
     )
-        .prop_map(|(count, values, stamp)| {
+        .prop_map(|(count, values, stamp, status)| {
             let mut record = Record::try_new(&values[..count]).expect("values from 1 up");
             record.time_stamp = stamp;
+            record.status = status;
             let mut out = [0; MAX_RECORD];
             let len = record.encode(&mut out);
             out[..len].to_vec()

@@ -9,6 +9,10 @@ use glove_io::sim::CyberGlove;
 
 /// Records: pieces do not matter, every byte is accounted for, and a record
 /// encodes to bytes that were pushed.
+///
+/// # Panics
+///
+/// If one of these laws is broken.
 pub fn cyberglove_records(data: &[u8]) {
     let Some((&[choice, piece], bytes)) = data.split_first_chunk() else {
         return;
@@ -58,6 +62,10 @@ pub fn cyberglove_records(data: &[u8]) {
 
 /// Packets: pieces do not matter, every byte is accounted for, and a packet
 /// encodes to bytes that were pushed.
+///
+/// # Panics
+///
+/// If one of these laws is broken.
 pub fn cyberglove_packets(data: &[u8]) {
     let Some((&piece, bytes)) = data.split_first() else {
         return;
@@ -102,6 +110,10 @@ pub fn cyberglove_packets(data: &[u8]) {
 
 /// Replies: what follows a reply does not change it, and what is short of one is
 /// incomplete.
+///
+/// # Panics
+///
+/// If one of these laws is broken.
 pub fn cyberglove_replies(data: &[u8]) {
     let Ok(Some((reply, len))) = parse_reply(data) else {
         return;
@@ -115,6 +127,10 @@ pub fn cyberglove_replies(data: &[u8]) {
 }
 
 /// The simulator: pieces do not matter, and the answer is bounded.
+///
+/// # Panics
+///
+/// If one of these laws is broken.
 pub fn cyberglove_simulator(data: &[u8]) {
     let Some((&piece, bytes)) = data.split_first() else {
         return;
