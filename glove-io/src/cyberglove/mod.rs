@@ -1,4 +1,5 @@
-//! The serial protocol of the CyberGlove I and II.
+//! The serial protocol of the CyberGlove I and II, and the 16-bit packets of the
+//! III.
 //!
 //! The glove answers `G` with one record and `S` with a stream of them until
 //! it receives Ctrl-C. A record is
@@ -22,20 +23,31 @@
 //! length of a record. `G` and `S` are legal sensor values and prove nothing
 //! alone.
 //!
+//! # Packets of the CyberGlove III
+//!
+//! The III also answers `1G` with one packet of 61 bytes and `1S` with the echo
+//! of the command and a stream of them ([`Packet`], [`PacketParser`]):
+//!
+//! ```text
+//! HH:MM:SS:FF:nS | 22 big-endian 16-bit values, 12 bits each | 3 bytes
+//! ```
+//!
 //! # Limits
 //!
-//! ASCII records (`g`, `s`), the 16-bit packets of the CyberGlove III (`1S`)
-//! and CyberTouch are not covered.
+//! ASCII records (`g`, `s`), records shortened by a software mask, the other
+//! commands of the CyberGlove III and CyberTouch are not covered.
 //!
 //! # References
 //!
 //! * Virtual Technologies, *CyberGlove Reference Manual*, 1998.
 //! * Immersion, *CyberGlove III Wireless Data Glove Programmer's Guide*.
 
+mod packet;
 mod parser;
 mod record;
 mod reply;
 
+pub use packet::{PACKET_LEN, Packet, PacketError, PacketParser, TimeCode};
 pub use parser::Parser;
 pub use record::{MAX_RECORD, Record, RecordError, RecordFormat, SensorCount, Status};
 pub use reply::{DeviceError, Query, Reply, ReplyError, Setting, SettingLetter, parse_reply};

@@ -68,18 +68,18 @@ impl Parser {
     ///
     /// Constant memory, and time in proportion to the number of bytes.
     pub fn push(&mut self, bytes: &[u8], mut sink: impl FnMut(Record)) {
-        let mut rest = bytes;
-        while let Some((&byte, after)) = rest.split_first() {
-            if self.run_len == 0
-                && let Some((record, after)) = self.whole_record(rest)
-            {
+        let mut bytes = bytes;
+        loop {
+            while let Some((record, rest)) = self.whole_record(bytes) {
                 self.in_step = true;
                 self.counters.records += 1;
                 sink(record);
-                rest = after;
-                continue;
+                bytes = rest;
             }
-            rest = after;
+            let Some((&byte, rest)) = bytes.split_first() else {
+                return;
+            };
+            bytes = rest;
             if byte == 0 {
                 if let Some(record) = self.end_run() {
                     sink(record);
@@ -90,19 +90,26 @@ impl Parser {
         }
     }
 
-    /// The record at the front of `bytes`, if they hold all of it and it has no
-    /// error marks, and what follows it.
+    /// The record that `bytes` begin with and what follows it, if no byte is
+    /// held back and the record carries no error marks.
     ///
-    /// Only a short cut, for the beginning of a run: a run without zeros of
-    /// exactly this length is what [`end_run`](Self::end_run) would accept.
+    /// A short cut for the usual case: the bytes are a run of exactly the length
+    /// of a record, which [`end_run`](Self::end_run) would accept as well. A zero
+    /// in the time stamp or the status would end the run early, so these are
+    /// looked at too; `decode` does the same for the sensors.
     fn whole_record<'a>(&self, bytes: &'a [u8]) -> Option<(Record, &'a [u8])> {
-        let (run, after) = bytes.split_at_checked(self.format.base_len())?;
-        let (&0, after) = after.split_first()? else {
+        if self.run_len != 0 {
+            return None;
+        }
+        let (run, rest) = bytes.split_at_checked(self.format.base_len())?;
+        let (&0, rest) = rest.split_first()? else {
             return None;
         };
-        let has_zero = run.iter().fold(false, |found, &byte| found | (byte == 0));
-        let record = (!has_zero).then(|| Record::decode(self.format, run))??;
-        Some((record, after))
+        let after_sensors = &run[1 + self.format.sensors.get()..];
+        if after_sensors.contains(&0) {
+            return None;
+        }
+        Some((Record::decode(self.format, run)?, rest))
     }
 
     /// Statistics since the parser was made.

@@ -143,7 +143,13 @@ impl Record {
             SENSOR_COUNT => SensorCount::TwentyTwo,
             found => return Err(RecordError::SensorCount { found }),
         };
-        if let Some(index) = sensors.iter().position(|&value| value == 0) {
+        // Without an early exit the usual search, which finds nothing, is a few
+        // vector instructions.
+        if sensors
+            .iter()
+            .fold(false, |zero, &value| zero | (value == 0))
+        {
+            let index = sensors.iter().take_while(|&&value| value != 0).count();
             return Err(RecordError::ZeroSensor { index });
         }
         let mut values = [0; SENSOR_COUNT];
