@@ -8,7 +8,7 @@
 //!
 //! | module | what it does | needs |
 //! |---|---|---|
-//! | [`cyberglove`] | records, queries and settings of the CyberGlove I and II | `core` |
+//! | [`cyberglove`] | records, queries and settings of the CyberGlove I and II, packets of the III | `core` |
 //! | [`fastrak`] | data records of the Polhemus FASTRAK, to and from world poses | `core` |
 //! | [`Calibration`] | sensor bytes to joint angles and back | `core` |
 #![cfg_attr(

@@ -1,7 +1,10 @@
 //! The simulated CyberGlove, spoken to as real clients do.
 
+use std::time::Duration;
+
 use glove_io::cyberglove::{
-    Parser, Query, Record, RecordFormat, Reply, SensorCount, SettingLetter, parse_reply,
+    Parser, Query, Record, RecordFormat, Reply, SamplePeriod, SensorCount, Setting, SettingLetter,
+    WordOrder, parse_reply,
 };
 use glove_io::sim::CyberGlove;
 use proptest::prelude::*;
@@ -114,6 +117,19 @@ fn acknowledgements_are_replies() {
         parse_reply(&reply),
         Ok(Some((Reply::Accepted(SettingLetter::TimeStamp), 2)))
     );
+}
+
+#[test]
+fn the_sample_period_is_what_was_set() {
+    let mut glove = CyberGlove::default();
+    assert_eq!(glove.sample_period(), Duration::from_millis(10));
+    let mut command = [0; 5];
+    let period = SamplePeriod([1440, 1]);
+    let len = Setting::SamplePeriod(period, WordOrder::LowFirst).encode(&mut command);
+    assert_eq!(ask_glove(&mut glove, &command[..len]), b"T\0");
+    assert_eq!(ask_glove(&mut glove, b"?T"), b"?T\xA0\x05\x01\0\0");
+    assert_eq!(ask_glove(&mut glove, b"T\0\0\x01\0"), b"en\0");
+    assert_eq!(glove.sample_period(), Duration::from_micros(12_500));
 }
 
 /// Bytes that mean something to the glove, and others.

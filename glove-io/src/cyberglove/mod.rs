@@ -44,11 +44,13 @@
 
 mod packet;
 mod parser;
+mod period;
 mod record;
 mod reply;
 
 pub use packet::{PACKET_LEN, Packet, PacketError, PacketParser, TimeCode};
 pub use parser::Parser;
+pub use period::{SamplePeriod, WordOrder};
 pub use record::{MAX_RECORD, Record, RecordError, RecordFormat, SensorCount, Status};
 pub use reply::{DeviceError, Query, Reply, ReplyError, Setting, SettingLetter, parse_reply};
 

@@ -4,6 +4,8 @@
 //! A setting is a letter and a payload, its reply the letter and NUL. Payloads
 //! are binary and may contain zeros, so a reply is read by its known length.
 
+use super::period::{SamplePeriod, WordOrder};
+
 /// What one can ask the glove.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Query {
@@ -25,13 +27,15 @@ pub enum Query {
     TimeStamp,
     /// `?W`: is the switch on the wristband on?
     WristSwitch,
+    /// `?T`: how often does it sample?
+    SamplePeriod,
     /// `?V`: versions of firmware and glove.
     Version,
 }
 
 impl Query {
     /// All queries.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::GloveState,
         Self::SensorsPresent,
         Self::SensorsSampled,
@@ -41,6 +45,7 @@ impl Query {
         Self::StatusByte,
         Self::TimeStamp,
         Self::WristSwitch,
+        Self::SamplePeriod,
         Self::Version,
     ];
 
@@ -57,6 +62,7 @@ impl Query {
             Self::StatusByte => b'U',
             Self::TimeStamp => b'D',
             Self::WristSwitch => b'W',
+            Self::SamplePeriod => b'T',
             Self::Version => b'V',
         }
     }
@@ -78,7 +84,7 @@ impl Query {
     pub const fn payload_len(self) -> usize {
         match self {
             Self::HardwareMask | Self::SoftwareMask => 3,
-            Self::Version => 4,
+            Self::SamplePeriod | Self::Version => 4,
             _ => 1,
         }
     }
@@ -95,15 +101,18 @@ pub enum SettingLetter {
     SensorsSampled,
     /// `M`: software mask.
     SoftwareMask,
+    /// `T`: sample period.
+    SamplePeriod,
 }
 
 impl SettingLetter {
     /// All settings.
-    pub const ALL: [Self; 4] = [
+    pub const ALL: [Self; 5] = [
         Self::StatusByte,
         Self::TimeStamp,
         Self::SensorsSampled,
         Self::SoftwareMask,
+        Self::SamplePeriod,
     ];
 
     /// The letter the command begins with.
@@ -114,6 +123,7 @@ impl SettingLetter {
             Self::TimeStamp => b'D',
             Self::SensorsSampled => b'N',
             Self::SoftwareMask => b'M',
+            Self::SamplePeriod => b'T',
         }
     }
 
@@ -130,6 +140,7 @@ impl SettingLetter {
     pub const fn payload_len(self) -> usize {
         match self {
             Self::SoftwareMask => 3,
+            Self::SamplePeriod => 4,
             _ => 1,
         }
     }
@@ -146,19 +157,24 @@ pub enum Setting {
     SensorsSampled(u8),
     /// Allow these slots in a record; bit k is slot k.
     SoftwareMask(u32),
+    /// Sample once per period.
+    SamplePeriod(SamplePeriod, WordOrder),
 }
 
 impl Setting {
     /// Writes the command and returns its length; the rest of `out` is left as
     /// it was. Bits of a mask beyond the 24 slots are not sent.
-    pub fn encode(self, out: &mut [u8; 4]) -> usize {
+    pub fn encode(self, out: &mut [u8; 5]) -> usize {
         let (letter, payload) = match self {
-            Self::StatusByte(on) => (SettingLetter::StatusByte, [u8::from(on), 0, 0]),
-            Self::TimeStamp(on) => (SettingLetter::TimeStamp, [u8::from(on), 0, 0]),
-            Self::SensorsSampled(count) => (SettingLetter::SensorsSampled, [count, 0, 0]),
+            Self::StatusByte(on) => (SettingLetter::StatusByte, [u8::from(on), 0, 0, 0]),
+            Self::TimeStamp(on) => (SettingLetter::TimeStamp, [u8::from(on), 0, 0, 0]),
+            Self::SensorsSampled(count) => (SettingLetter::SensorsSampled, [count, 0, 0, 0]),
             Self::SoftwareMask(slots) => {
                 let [low, middle, high, _] = slots.to_le_bytes();
-                (SettingLetter::SoftwareMask, [low, middle, high])
+                (SettingLetter::SoftwareMask, [low, middle, high, 0])
+            }
+            Self::SamplePeriod(period, order) => {
+                (SettingLetter::SamplePeriod, period.to_bytes(order))
             }
         };
         let len = letter.payload_len();
@@ -195,6 +211,8 @@ pub enum Reply {
     TimeStamp(bool),
     /// To `?W`.
     WristSwitch(bool),
+    /// To `?T`, for [`SamplePeriod::from_bytes`].
+    SamplePeriod([u8; 4]),
     /// To `?V`: firmware major and minor, glove major and minor.
     Version([u8; 4]),
     /// A setting was taken.
@@ -315,6 +333,7 @@ fn answer(query: Query, payload: &[u8]) -> Reply {
         Query::StatusByte => Reply::StatusByte(first != 0),
         Query::TimeStamp => Reply::TimeStamp(first != 0),
         Query::WristSwitch => Reply::WristSwitch(first != 0),
+        Query::SamplePeriod => Reply::SamplePeriod(bytes),
         Query::Version => Reply::Version(bytes),
     }
 }
@@ -338,11 +357,11 @@ mod tests {
 
     #[test]
     fn settings_and_their_acknowledgement() {
-        let mut out = [0xAA; 4];
+        let mut out = [0xAA; 5];
         assert_eq!(Setting::SensorsSampled(18).encode(&mut out), 2);
         assert_eq!(out[..2], [0x4E, 0x12]);
         assert_eq!(Setting::SoftwareMask(0x7B_BB3F).encode(&mut out), 4);
-        assert_eq!(out, [b'M', 0x3F, 0xBB, 0x7B]);
+        assert_eq!(out[..4], [b'M', 0x3F, 0xBB, 0x7B]);
         assert_eq!(
             parse_reply(b"N\0"),
             Ok(Some((Reply::Accepted(SettingLetter::SensorsSampled), 2)))

@@ -1,13 +1,20 @@
 //! A simulated CyberGlove.
 
+use std::time::Duration;
+
 use crate::SENSOR_COUNT;
-use crate::cyberglove::{MAX_RECORD, Query, SensorCount, SettingLetter, Status, encode_parts};
+use crate::cyberglove::{
+    MAX_RECORD, Query, SamplePeriod, SensorCount, SettingLetter, Status, WordOrder, encode_parts,
+};
 use crate::joints::Sensor;
 
 /// Ends a stream.
 const CTRL_C: u8 = 0x03;
 /// The simulator's answer to `?V`: firmware 1.0, glove 1.0.
 const VERSION: [u8; 4] = [1, 0, 1, 0];
+
+/// 100 samples per second.
+const POWER_UP_PERIOD: SamplePeriod = SamplePeriod([1152, 1]);
 
 /// A CyberGlove as it behaves on its serial line.
 ///
@@ -16,7 +23,8 @@ const VERSION: [u8; 4] = [1, 0, 1, 0];
 /// | `G` | one sample | a record |
 /// | `S` | stream, one record per [`tick`](Self::tick) | records |
 /// | Ctrl-C | ends the stream | `03 00` |
-/// | `?` + one of `GSNKMRUDWV` | query | `?`, letter, payload, NUL |
+/// | `T` + 4 bytes | sample period | `T`, NUL |
+/// | `?` + one of `GSNKMRUDWTV` | query | `?`, letter, payload, NUL |
 /// | `U`, `D` + 0 or 1 | status byte, time stamp in records | letter, NUL |
 /// | `N` + count | sample the first sensors only | `N`, NUL |
 /// | `M` + 3 bytes | allow these slots only | `M`, NUL |
@@ -48,12 +56,13 @@ pub struct CyberGlove {
     /// The settings N, M, U and D.
     sampled: u8,
     mask: u32,
+    period: [u8; 4],
     status_on: bool,
     time_stamp_on: bool,
     streaming: bool,
     ticks: u32,
     /// A command whose bytes have not all arrived.
-    command: [u8; 4],
+    command: [u8; 5],
     command_len: usize,
 }
 
@@ -69,11 +78,12 @@ impl CyberGlove {
             sensors: [128; SENSOR_COUNT],
             sampled: 0,
             mask: 0,
+            period: POWER_UP_PERIOD.to_bytes(WordOrder::LowFirst),
             status_on: false,
             time_stamp_on: false,
             streaming: false,
             ticks: 0,
-            command: [0; 4],
+            command: [0; 5],
             command_len: 0,
         };
         glove.sampled = glove.sensors_present();
@@ -100,6 +110,14 @@ impl CyberGlove {
     /// Makes it a right-hand or a left-hand glove.
     pub fn set_right_hand(&mut self, right_hand: bool) {
         self.right_hand = right_hand;
+    }
+
+    /// How long to wait between two calls of [`tick`](Self::tick), as the client
+    /// set it; 10 ms at power-up. Of the words of `T` the low byte comes first.
+    #[must_use]
+    pub fn sample_period(&self) -> Duration {
+        let period = SamplePeriod::from_bytes(self.period, WordOrder::LowFirst);
+        Duration::from_secs_f64(period.seconds())
     }
 
     /// Takes bytes from the client and appends the answers to `reply`.
@@ -170,13 +188,14 @@ impl CyberGlove {
             Query::StatusByte => reply.push(u8::from(self.status_on)),
             Query::TimeStamp => reply.push(u8::from(self.time_stamp_on)),
             Query::WristSwitch => reply.push(u8::from(self.wrist_switch)),
+            Query::SamplePeriod => reply.extend(self.period),
             Query::Version => reply.extend(VERSION),
         }
         reply.push(0);
     }
 
     /// Takes a setting; `false` if its value is out of range.
-    fn set(&mut self, setting: SettingLetter, [first, second, third]: [u8; 3]) -> bool {
+    fn set(&mut self, setting: SettingLetter, [first, second, third, fourth]: [u8; 4]) -> bool {
         match setting {
             SettingLetter::StatusByte if first <= 1 => self.status_on = first == 1,
             SettingLetter::TimeStamp if first <= 1 => self.time_stamp_on = first == 1,
@@ -185,6 +204,12 @@ impl CyberGlove {
             }
             SettingLetter::SoftwareMask => {
                 self.mask = u32::from_le_bytes([first, second, third, 0]);
+            }
+            // A period of zero would never let a client wait.
+            SettingLetter::SamplePeriod
+                if [first, second] != [0; 2] && [third, fourth] != [0; 2] =>
+            {
+                self.period = [first, second, third, fourth];
             }
             _ => return false,
         }
