@@ -207,6 +207,10 @@ pub enum PacketError {
 /// found to be incomplete: the packet then has a wrong trailer, and the one after
 /// it is lost.
 ///
+/// A byte missing among the values goes unnoticed in the same way if the shifted
+/// values all happen to fit 12 bits: that packet then holds wrong values, and the
+/// one after it is lost.
+///
 /// # Example
 ///
 /// ```
