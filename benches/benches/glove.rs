@@ -25,6 +25,25 @@ fn glove_stream() -> Vec<u8> {
     bytes
 }
 
+/// The sensor values of [`glove_stream`], as a CyberGlove III sends them.
+fn packet_stream() -> Vec<u8> {
+    let mut bytes = Vec::new();
+    for n in 0..RECORDS {
+        let values = std::array::from_fn(|s| {
+            let offset = u8::try_from(11 * s).expect("at most 231");
+            16 * u16::from(n.wrapping_add(offset))
+        });
+        let time = cyberglove::TimeCode {
+            seconds: n / 30,
+            frame: n % 30,
+            ..Default::default()
+        };
+        let packet = cyberglove::Packet::try_new(time, values).expect("12 bits");
+        bytes.extend(packet.encode());
+    }
+    bytes
+}
+
 /// A receiver on its way round a circle.
 fn tracker_stream(format: &fastrak::RecordFormat) -> Vec<u8> {
     let mut bytes = Vec::new();
@@ -57,6 +76,18 @@ fn parse(c: &mut Criterion) {
             let mut parser = cyberglove::Parser::new(cyberglove::RecordFormat::default());
             parser.push(black_box(&bytes), |record| {
                 black_box(record);
+            });
+            assert_eq!(parser.counters().records, u64::from(RECORDS));
+        });
+    });
+
+    let bytes = packet_stream();
+    group.throughput(Throughput::Bytes(bytes.len() as u64));
+    group.bench_function("cyberglove/packets", |b| {
+        b.iter(|| {
+            let mut parser = cyberglove::PacketParser::new();
+            parser.push(black_box(&bytes), |packet| {
+                black_box(packet);
             });
             assert_eq!(parser.counters().records, u64::from(RECORDS));
         });

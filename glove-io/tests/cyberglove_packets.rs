@@ -47,7 +47,7 @@ proptest! {
         prop_assert_eq!((parser.counters().dropped_bytes, parser.pending()), (2, 0));
     }
 
-    /// A changed byte of the time code costs its packet at most, no other.
+    /// A changed byte costs or alters its own packet, no other.
     #[test]
     fn a_changed_byte_harms_one_packet(
         packets in prop::collection::vec(packet(), 3),
@@ -78,6 +78,26 @@ proptest! {
         bytes.remove(PACKET_LEN + place);
         prop_assert_eq!(parse(&bytes).0, [packets[0], packets[2]]);
     }
+
+    /// An inserted byte costs or alters one packet. Low bytes as above.
+    #[test]
+    fn an_inserted_byte_harms_one_packet(
+        values in prop::array::uniform22((0..16_u16, 16..256_u16)),
+        place in 0..=PACKET_LEN,
+        byte in any::<u8>(),
+    ) {
+        let values = values.map(|(high, low)| 256 * high + low);
+        let packets = [1, 2, 3].map(|seconds| {
+            let time = TimeCode { seconds, ..TimeCode::default() };
+            Packet::try_new(time, values).expect("12 bits")
+        });
+        let mut bytes = encode(&packets);
+        bytes.insert(PACKET_LEN + place, byte);
+        let (parsed, _) = parse(&bytes);
+        prop_assert_eq!(parsed.first(), Some(&packets[0]));
+        prop_assert_eq!(parsed.last(), Some(&packets[2]));
+        prop_assert!(parsed.len() <= 3);
+    }
 }
 
 #[test]
@@ -95,7 +115,7 @@ fn documented_packet() {
     assert_eq!(bytes.len(), 61);
     let (packets, _) = parse(&bytes);
     assert_eq!(packets[0].time(), time);
-    assert_eq!(packets[0].to_bytes(), [128; 22]);
+    assert_eq!(packets[0].eight_bit_values(), [128; 22]);
     assert_eq!(packets[0].trailer, [1, 2, 3]);
 }
 

@@ -134,7 +134,7 @@ fn the_sample_period_is_what_was_set() {
 
 /// Bytes that mean something to the glove, and others.
 fn command_bytes() -> impl Strategy<Value = Vec<u8>> {
-    let known = b"GS?GSNKMRUDWV\x03UDNM\0\x01\r\n".to_vec();
+    let known = b"GS?GSNKMRUDWTV\x03UDNMT\0\x01\r\n".to_vec();
     prop::collection::vec(
         prop_oneof![any::<u8>(), prop::sample::select(known)],
         0..200,

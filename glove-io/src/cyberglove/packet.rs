@@ -50,7 +50,7 @@ impl TimeCode {
 /// let packet = Packet::try_new(TimeCode::default(), [0x0805; 22])?;
 /// assert_eq!(packet.encode()[..16], *b"00:00:00:00:0S\x08\x05");
 /// assert_eq!(packet.value(Sensor::WristYaw), 0x0805);
-/// assert_eq!(packet.to_bytes(), [0x80; 22]);
+/// assert_eq!(packet.eight_bit_values(), [0x80; 22]);
 /// # Ok::<(), glove_io::cyberglove::PacketError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -105,7 +105,7 @@ impl Packet {
     /// [`Calibration::angles`](crate::Calibration::angles): the upper 8 of the
     /// 12 bits.
     #[must_use]
-    pub fn to_bytes(&self) -> [u8; SENSOR_COUNT] {
+    pub fn eight_bit_values(&self) -> [u8; SENSOR_COUNT] {
         self.values.map(|value| (value >> 4).to_le_bytes()[0])
     }
 

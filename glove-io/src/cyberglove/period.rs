@@ -3,8 +3,8 @@
 /// Ticks per second of the clock that times the samples.
 const CLOCK_HZ: f64 = 115_200.0;
 
-/// Which byte of a 16-bit word of the setting `T` comes first. The sources
-/// disagree.
+/// Which byte of a 16-bit word of the setting `T` comes first: other drivers
+/// disagree, and the manuals do not say.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum WordOrder {
     /// The least significant byte.

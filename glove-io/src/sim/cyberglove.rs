@@ -53,7 +53,7 @@ pub struct CyberGlove {
     plugged_in: bool,
     wrist_switch: bool,
     sensors: [u8; SENSOR_COUNT],
-    /// The settings N, M, U and D.
+    /// The settings N, M, T, U and D.
     sampled: u8,
     mask: u32,
     period: [u8; 4],
@@ -205,7 +205,7 @@ impl CyberGlove {
             SettingLetter::SoftwareMask => {
                 self.mask = u32::from_le_bytes([first, second, third, 0]);
             }
-            // A period of zero would never let a client wait.
+            // A period of zero has no rate.
             SettingLetter::SamplePeriod
                 if [first, second] != [0; 2] && [third, fourth] != [0; 2] =>
             {
