@@ -41,6 +41,8 @@
 mod calibration;
 mod counters;
 pub mod cyberglove;
+#[cfg(feature = "driver")]
+pub mod driver;
 pub mod fastrak;
 #[cfg(feature = "hand")]
 pub mod hand;

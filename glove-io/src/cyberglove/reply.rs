@@ -232,6 +232,18 @@ pub enum DeviceError {
     SyncTooFast,
 }
 
+impl DeviceError {
+    /// What it means, for a message.
+    #[must_use]
+    pub const fn meaning(self) -> &'static str {
+        match self {
+            Self::UnknownCommand => "unknown command",
+            Self::BadNumber => "a number is out of range, or there are too many",
+            Self::SyncTooFast => "synchronisation input too fast",
+        }
+    }
+}
+
 /// The bytes are not a reply.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
