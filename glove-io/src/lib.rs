@@ -17,7 +17,7 @@
 )]
 #![cfg_attr(
     feature = "std",
-    doc = "| [`recording`] | text recordings of joint angles and wrist poses | feature `std` |"
+    doc = "| [`recording`] | recordings of raw bytes, joint angles and wrist poses | feature `std` |"
 )]
 #![cfg_attr(
     feature = "sim",

@@ -1,11 +1,13 @@
-//! Text recordings of joint angles and of poses.
+//! Recordings: the bytes of devices as they came ([`raw`]), and joint angles and
+//! poses as text.
 //!
-//! Both readers take the whole text, check every number, and name line and
+//! The readers of text take all of it, check every number, and name line and
 //! value of the first one that is wrong. Work and memory are in proportion to
 //! the length of the text.
 
 mod joints;
 mod poses;
+pub mod raw;
 
 pub use joints::parse_joint_recording;
 pub use poses::parse_pose_recording;
@@ -15,7 +17,7 @@ use crate::PoseError;
 /// Characters of a bad value that an error repeats.
 const QUOTED: usize = 24;
 
-/// What is wrong with a recording. Lines and values are counted from 1.
+/// What is wrong with a recording in text. Lines and values are counted from 1.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RecordingError {
