@@ -14,3 +14,15 @@ pub struct Counters {
     /// Bytes that belong to no record.
     pub dropped_bytes: u64,
 }
+
+impl Counters {
+    /// The statistics of two streams together.
+    #[must_use]
+    pub fn plus(self, other: Self) -> Self {
+        Self {
+            records: self.records + other.records,
+            resyncs: self.resyncs + other.resyncs,
+            dropped_bytes: self.dropped_bytes + other.dropped_bytes,
+        }
+    }
+}

@@ -5,11 +5,13 @@ use std::time::Duration;
 use super::Device;
 use super::error::StartError;
 use super::line::{Line, printable};
+use super::replay::{ReplayError, setting};
 use crate::Counters;
 use crate::cyberglove::{
     Packet, PacketParser, Parser, Query, Record, RecordFormat, Reply, SensorCount, Setting,
     parse_reply,
 };
+use crate::recording::raw::DeviceDescription;
 
 /// Ends a stream.
 const CTRL_C: &[u8] = b"\x03";
@@ -31,6 +33,7 @@ pub struct CyberGlove {
     pub status: bool,
     /// Have a time stamp in records.
     pub time_stamp: bool,
+    format: RecordFormat,
     parser: Parser,
 }
 
@@ -41,6 +44,7 @@ impl Default for CyberGlove {
             streamed: true,
             status: true,
             time_stamp: false,
+            format: RecordFormat::default(),
             parser: Parser::new(RecordFormat::default()),
         }
     }
@@ -59,6 +63,8 @@ impl CyberGlove {
 
 impl Device for CyberGlove {
     type Sample = Record;
+
+    const KIND: &'static str = "cyberglove";
 
     fn start(&mut self, line: &mut Line<'_>, _attempt: u32) -> Result<(), StartError> {
         line.send(CTRL_C)?;
@@ -96,11 +102,12 @@ impl Device for CyberGlove {
             let len = setting.encode(&mut command);
             ask(line, &command[..len])?;
         }
-        self.parser = Parser::new(RecordFormat {
+        self.format = RecordFormat {
             sensors,
             time_stamp: self.time_stamp,
             status: self.status,
-        });
+        };
+        self.parser = Parser::new(self.format);
         if self.streamed {
             line.send(b"S")?;
         }
@@ -125,6 +132,41 @@ impl Device for CyberGlove {
 
     fn counters(&self) -> Counters {
         self.parser.counters()
+    }
+
+    fn description(&self) -> DeviceDescription {
+        let flag = |on: bool| if on { "on" } else { "off" };
+        DeviceDescription::new(Self::KIND)
+            .with("streamed", flag(self.streamed))
+            .with("sensors", self.format.sensors.get().to_string())
+            .with("time_stamp", flag(self.format.time_stamp))
+            .with("status", flag(self.format.status))
+    }
+
+    fn from_description(description: &DeviceDescription) -> Result<Self, ReplayError> {
+        let flag = |key| {
+            setting(description, key, |value| match value {
+                "on" => Some(true),
+                "off" => Some(false),
+                _ => None,
+            })
+        };
+        let format = RecordFormat {
+            sensors: setting(description, "sensors", |value| match value {
+                "18" => Some(SensorCount::Eighteen),
+                "22" => Some(SensorCount::TwentyTwo),
+                _ => None,
+            })?,
+            time_stamp: flag("time_stamp")?,
+            status: flag("status")?,
+        };
+        Ok(Self {
+            streamed: flag("streamed")?,
+            status: format.status,
+            time_stamp: format.time_stamp,
+            format,
+            parser: Parser::new(format),
+        })
     }
 }
 
@@ -181,6 +223,8 @@ impl CyberGlove3 {
 impl Device for CyberGlove3 {
     type Sample = Packet;
 
+    const KIND: &'static str = "cyberglove-3";
+
     fn start(&mut self, line: &mut Line<'_>, _attempt: u32) -> Result<(), StartError> {
         line.send(CTRL_C)?;
         line.drain(QUIET)?;
@@ -212,5 +256,13 @@ impl Device for CyberGlove3 {
 
     fn counters(&self) -> Counters {
         self.parser.counters()
+    }
+
+    fn description(&self) -> DeviceDescription {
+        DeviceDescription::new(Self::KIND)
+    }
+
+    fn from_description(_: &DeviceDescription) -> Result<Self, ReplayError> {
+        Ok(Self::default())
     }
 }

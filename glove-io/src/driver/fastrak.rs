@@ -5,8 +5,10 @@ use std::time::Duration;
 use super::Device;
 use super::error::StartError;
 use super::line::Line;
+use super::replay::{ReplayError, setting};
 use crate::Counters;
 use crate::fastrak::{Encoding, Item, OutputList, Parser, Record, RecordFormat, Station, Units};
+use crate::recording::raw::DeviceDescription;
 
 /// How long the tracker must keep quiet before it is asked something.
 const QUIET: Duration = Duration::from_millis(60);
@@ -61,10 +63,20 @@ impl Fastrak {
             ..Self::default()
         }
     }
+
+    fn format(&self) -> RecordFormat {
+        RecordFormat {
+            items: self.items,
+            encoding: self.encoding,
+            units: Units::Centimetres,
+        }
+    }
 }
 
 impl Device for Fastrak {
     type Sample = Record;
+
+    const KIND: &'static str = "fastrak";
 
     fn start(&mut self, line: &mut Line<'_>, attempt: u32) -> Result<(), StartError> {
         if attempt > 0 {
@@ -95,11 +107,7 @@ impl Device for Fastrak {
             Encoding::Binary => b'f',
         });
         line.send(&command)?;
-        self.parser = Parser::new(RecordFormat {
-            items: self.items,
-            encoding: self.encoding,
-            units: Units::Centimetres,
-        });
+        self.parser = Parser::new(self.format());
         if self.streamed {
             line.send(b"C")?;
         }
@@ -124,6 +132,53 @@ impl Device for Fastrak {
 
     fn counters(&self) -> Counters {
         self.parser.counters()
+    }
+
+    fn description(&self) -> DeviceDescription {
+        let items: Vec<_> = self
+            .items
+            .items()
+            .iter()
+            .map(|i| i.code().to_string())
+            .collect();
+        let encoding = match self.encoding {
+            Encoding::Ascii => "text",
+            Encoding::Binary => "binary",
+        };
+        DeviceDescription::new(Self::KIND)
+            .with("streamed", if self.streamed { "on" } else { "off" })
+            .with("encoding", encoding)
+            .with("units", "cm")
+            .with("items", items.join(","))
+    }
+
+    fn from_description(description: &DeviceDescription) -> Result<Self, ReplayError> {
+        let streamed = setting(description, "streamed", |value| match value {
+            "on" => Some(true),
+            "off" => Some(false),
+            _ => None,
+        })?;
+        let encoding = setting(description, "encoding", |value| match value {
+            "text" => Some(Encoding::Ascii),
+            "binary" => Some(Encoding::Binary),
+            _ => None,
+        })?;
+        setting(description, "units", |value| (value == "cm").then_some(()))?;
+        let items = setting(description, "items", |value| {
+            let items: Option<Vec<_>> = value
+                .split(',')
+                .map(|code| Item::from_code(code.parse().ok()?))
+                .collect();
+            OutputList::try_new(&items?).ok()
+        })?;
+        let mut tracker = Self {
+            streamed,
+            items,
+            encoding,
+            ..Self::default()
+        };
+        tracker.parser = Parser::new(tracker.format());
+        Ok(tracker)
     }
 
     fn source(sample: &Record) -> usize {

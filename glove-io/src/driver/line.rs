@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use super::error::StartError;
 use super::port::Port;
+use crate::recording::raw::DeviceDescription;
 
 /// Bytes taken from a port at once: more than any device sends in 20 ms.
 pub(super) const PIECE: usize = 4096;
@@ -13,18 +14,23 @@ pub(super) const PIECE: usize = 4096;
 /// The most bytes kept while waiting for an answer.
 const LONGEST_ANSWER: usize = 1024;
 
-/// Which way bytes went.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Direction {
-    /// From the device to the host.
-    Received,
-    /// From the host to the device.
-    Sent,
+/// What happens at the port of a device.
+#[derive(Debug, Clone, Copy)]
+#[non_exhaustive]
+pub enum Event<'a> {
+    /// The port was opened; the device is started next.
+    Opened,
+    /// The device is started: bytes received from now on are samples.
+    Started(&'a DeviceDescription),
+    /// Bytes from the device to the host.
+    Received(&'a [u8]),
+    /// Bytes from the host to the device.
+    Sent(&'a [u8]),
 }
 
-/// Sees all bytes of a connection with the time they were read or written at, in
-/// the thread of the driver; a recorder, for instance. It must be quick.
-pub type Tap = Box<dyn FnMut(Instant, Direction, &[u8]) + Send>;
+/// Sees all that happens at a port with the time, in the thread of the driver; a
+/// recorder, for instance. It must be quick.
+pub type Tap = Box<dyn FnMut(Instant, Event<'_>) + Send>;
 
 /// The open port of a device while it is started.
 pub struct Line<'a> {
@@ -42,7 +48,7 @@ impl Line<'_> {
     pub fn send(&mut self, bytes: &[u8]) -> Result<(), StartError> {
         self.port.write_all(bytes)?;
         if let Some(tap) = self.tap {
-            tap(Instant::now(), Direction::Sent, bytes);
+            tap(Instant::now(), Event::Sent(bytes));
         }
         Ok(())
     }
@@ -62,7 +68,7 @@ impl Line<'_> {
         if let Some(tap) = self.tap
             && count > 0
         {
-            tap(Instant::now(), Direction::Received, bytes);
+            tap(Instant::now(), Event::Received(bytes));
         }
         Ok(bytes)
     }

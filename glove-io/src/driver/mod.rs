@@ -17,6 +17,9 @@
 //! | [`CyberGlove3`] | [`cyberglove::Packet`](crate::cyberglove::Packet) | `1E…`, `1S` of the III |
 //! | [`Fastrak`] | [`fastrak::Record`](crate::fastrak::Record) | `P` or `C` |
 //!
+//! A [`SessionRecorder`] writes all bytes of a session to one file, and [`Replay`] turns
+//! such a file into the same samples again.
+//!
 //! # Example
 //!
 //! ```no_run
@@ -38,23 +41,31 @@ mod error;
 mod fastrak;
 mod line;
 mod port;
+mod record;
+mod replay;
 mod samples;
 mod thread;
 
 pub use cyberglove::{CyberGlove, CyberGlove3};
 pub use error::{DriverError, StartError};
 pub use fastrak::Fastrak;
-pub use line::{Direction, Line, Tap};
+pub use line::{Event, Line, Tap};
 pub use port::{Connect, Port, READ_TIMEOUT, serial, tcp_client, tcp_listener};
+pub use record::SessionRecorder;
+pub use replay::{Replay, ReplayError, Replayed};
 pub use samples::{Stamped, State, Status};
 pub use thread::{Backoff, Driver, Options};
 
 use crate::Counters;
+use crate::recording::raw::DeviceDescription;
 
 /// A device as a driver sees it: how it is started, asked, and understood.
 pub trait Device: Send + 'static {
     /// What it measures.
     type Sample: Copy + Send + 'static;
+
+    /// What it is, in recordings.
+    const KIND: &'static str;
 
     /// Brings the device into the state in which samples flow, whatever an
     /// earlier program left it in. `attempt` counts from 0 the tries at an open port
@@ -79,6 +90,18 @@ pub trait Device: Send + 'static {
 
     /// Statistics since the device was started last.
     fn counters(&self) -> Counters;
+
+    /// How the device was started: what a replay needs to understand its bytes.
+    fn description(&self) -> DeviceDescription;
+
+    /// A device that has been started as described.
+    ///
+    /// # Errors
+    ///
+    /// The setting that is missing or makes no sense.
+    fn from_description(description: &DeviceDescription) -> Result<Self, ReplayError>
+    where
+        Self: Sized;
 
     /// Which of up to four sources a sample is of; the driver keeps the newest of
     /// each.

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use super::Device;
 use super::error::{DriverError, StartError};
-use super::line::{Direction, Line, PIECE, Tap, read_some};
+use super::line::{Event, Line, PIECE, Tap, read_some};
 use super::port::{Connect, Port, READ_TIMEOUT};
 use super::samples::{Shared, Stamped, State, Status};
 use crate::Counters;
@@ -43,7 +43,7 @@ pub struct Options {
     pub request_interval: Duration,
     /// Waits between tries.
     pub backoff: Backoff,
-    /// Sees all bytes, if set.
+    /// Sees all bytes, if set; a [`SessionRecorder`](super::SessionRecorder) gives one.
     pub tap: Option<Tap>,
 }
 
@@ -221,6 +221,9 @@ impl<D: Device> Worker<D> {
     /// an error, until the driver shall stop.
     fn serve(&mut self, port: &mut dyn Port, attempt: u32) -> Result<(), DriverError> {
         self.shared.update(|status| status.state = State::Starting);
+        if let Some(tap) = &mut self.options.tap {
+            tap(Instant::now(), Event::Opened);
+        }
         let mut line = Line {
             port,
             stop: &self.stop,
@@ -231,13 +234,16 @@ impl<D: Device> Worker<D> {
             Err(StartError::Stopped) => return Ok(()),
             Err(error) => return Err(DriverError::Start(error)),
         }
+        if let Some(tap) = &mut self.options.tap {
+            tap(Instant::now(), Event::Started(&self.device.description()));
+        }
         self.shared.update(|status| {
             status.state = State::Running;
             status.error = None;
             status.starts += 1;
         });
         let received = self.receive(port);
-        self.parsed = added(self.parsed, self.device.counters());
+        self.parsed = self.parsed.plus(self.device.counters());
         received.map_err(|failure| match failure {
             Failure::Io(error) => DriverError::Lost(Arc::new(error)),
             Failure::Silent { silence, bytes } => DriverError::Silent { silence, bytes },
@@ -277,7 +283,7 @@ impl<D: Device> Worker<D> {
                     first_byte = now;
                 }
                 if let Some(tap) = &mut self.options.tap {
-                    tap(now, Direction::Received, bytes);
+                    tap(now, Event::Received(bytes));
                 }
                 let mut samples = 0;
                 let shared = &self.shared;
@@ -293,7 +299,7 @@ impl<D: Device> Worker<D> {
                     last_sample = now;
                     bytes_since = 0;
                 }
-                let counters = added(self.parsed, self.device.counters());
+                let counters = self.parsed.plus(self.device.counters());
                 self.shared.update(|status| {
                     status.bytes += count as u64;
                     status.counters = counters;
@@ -312,7 +318,7 @@ impl<D: Device> Worker<D> {
     fn send(&mut self, port: &mut dyn Port, bytes: &[u8]) -> io::Result<()> {
         port.write_all(bytes)?;
         if let Some(tap) = &mut self.options.tap {
-            tap(Instant::now(), Direction::Sent, bytes);
+            tap(Instant::now(), Event::Sent(bytes));
         }
         Ok(())
     }
@@ -327,13 +333,5 @@ enum Failure {
 impl From<io::Error> for Failure {
     fn from(error: io::Error) -> Self {
         Self::Io(error)
-    }
-}
-
-fn added(a: Counters, b: Counters) -> Counters {
-    Counters {
-        records: a.records + b.records,
-        resyncs: a.resyncs + b.resyncs,
-        dropped_bytes: a.dropped_bytes + b.dropped_bytes,
     }
 }
